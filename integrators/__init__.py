@@ -1,0 +1,1 @@
+"""Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
