@@ -1,0 +1,5 @@
+"""Legacy scene files, lit again: an old keyword scene language rendered by Mitsuba 3."""
+
+from relume import llvm
+
+llvm.install()
