@@ -2,4 +2,5 @@
 
 from relume import llvm
 
+llvm.check_versions()
 llvm.install()

@@ -1,15 +1,283 @@
-"""Choose the LLVM library that Dr.Jit compiles with, before anything imports drjit."""
+"""Choose the LLVM library that Dr.Jit compiles with, before anything imports drjit.
 
+Dr.Jit reads ``DRJIT_LIBLLVM_PATH`` once, while it is imported, and takes the first library of the
+system where the variable is unset. LLVM 14 and older are then refused; 15 and 16 abort the whole
+process at the first kernel, which nothing can catch. `install` therefore sets the variable first:
+
+1. to what the user set it to;
+2. else to the library inside the wheel karellen-llvm-core (Linux x86-64);
+3. else to a system library of version 17 or newer;
+4. else to a name that does not exist, so that Dr.Jit starts without its LLVM variants.
+
+A library that is not known to work is probed in a subprocess that renders a tiny scene. The verdict
+is kept in the user's cache directory for as long as the file and the Dr.Jit version stay the same.
+"""
+
+import functools
+import glob
 import importlib.metadata
 import os
 import re
+import sys
+import sysconfig
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from relume import probe
+
+VARIABLE = probe.VARIABLE
+NOTHING = "no usable LLVM library (see: relume doctor)"
+WHEEL = "karellen-llvm-core"
+OLDEST = 17
+TESTED = range(18, 24)  # major versions rendered with on Dr.Jit 1.5
+WINDOWS = {"mitsuba": ((3, 9), (3, 10)), "drjit": ((1, 5), (1, 6))}
+ADVICE = (
+    "Install the package karellen-llvm-core (Linux x86-64), or a system LLVM of version 18 or "
+    f"newer, or set {VARIABLE} to such a library."
+)
 
 
+class VersionError(ImportError):
+    """Mitsuba or Dr.Jit is missing or outside the versions that relume works with."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """One LLVM library and what is known of it.
+
+    Attributes:
+        path: file name as Dr.Jit is to load it; None where there is none.
+        source: ``user``, ``wheel``, ``system`` or ``none``.
+        version: numbers of the version, most significant first; None if unknown.
+        usable: whether Dr.Jit renders with it.
+        reason: a sentence that says why it is usable or not.
+        rejected: the candidates of higher precedence that are not usable.
+    """
+
+    path: str | None
+    source: str
+    version: tuple[int, ...] | None = None
+    usable: bool = False
+    reason: str = ""
+    rejected: tuple["Library", ...] = ()
+
+
+def check_versions():
+    """Check that the installed Mitsuba and Dr.Jit are versions that relume works with.
+
+    Raises:
+        VersionError: a package is missing or outside its window; the message says what to install.
+    """
+    for package, (oldest, end) in WINDOWS.items():
+        window = f"{package} >={dotted(oldest)},<{dotted(end)}"
+        try:
+            found = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            found = None
+        if found is None or not oldest <= _numbers(found) < end:
+            raise VersionError(
+                f"relume needs {window}, but "
+                + (f"{package} {found} is installed" if found else f"{package} is not installed")
+                + f"; install it with: {sys.executable} -m pip install '{window}'"
+            )
+
+
+@functools.cache
 def install():
-    """Point Dr.Jit at the library of the wheel karellen-llvm-core, unless the user chose one."""
-    if os.environ.get("DRJIT_LIBLLVM_PATH"):
-        return
-    files = importlib.metadata.distribution("karellen-llvm-core").files or ()
-    for file in files:
-        if re.fullmatch(r"libLLVM\.so\.\d[\d.]*", file.name):
-            os.environ["DRJIT_LIBLLVM_PATH"] = str(file.locate().resolve())
+    """Choose the LLVM library and point Dr.Jit at it; later calls return the same choice.
+
+    Warns:
+        RuntimeWarning: the user's library is not usable, or drjit was imported earlier and has
+            loaded a library that is not usable.
+
+    Returns:
+        Library: the choice; not `usable` where the machine has no usable library.
+    """
+    if "drjit" in sys.modules:
+        choice = already_loaded()
+        if not choice.usable:
+            warnings.warn(choice.reason, RuntimeWarning, stacklevel=3)
+        return choice
+    choice = choose()
+    os.environ[VARIABLE] = choice.path or NOTHING
+    for library in choice.rejected:
+        if library.source == "user":
+            instead = f"using {choice.path} instead" if choice.usable else "no other was found"
+            warnings.warn(
+                f"{VARIABLE}={library.path}: {library.reason}; {instead}",
+                RuntimeWarning,
+                stacklevel=3,
+            )
+    return choice
+
+
+def choose():
+    """Pick the first usable library: the user's, the wheel's, then the system's.
+
+    Returns:
+        Library: the choice; with `path` None and source ``none`` where nothing is usable.
+    """
+    rejected = []
+    for candidate in candidates():
+        library = judge(candidate)
+        if library.usable:
+            return replace(library, rejected=tuple(rejected))
+        rejected.append(library)
+    found = "; ".join(f"{library.path}: {library.reason}" for library in rejected)
+    reason = f"no usable LLVM library ({found or 'none found'}). {ADVICE}"
+    return Library(None, "none", reason=reason, rejected=tuple(rejected))
+
+
+def candidates():
+    """List the libraries of this machine without judging them, highest precedence first.
+
+    Returns:
+        iterator of Library: computed one by one, as looking further costs time.
+    """
+    wheel = wheel_library()
+    user = os.environ.get(VARIABLE)
+    if user and user != NOTHING and not (wheel and os.path.realpath(user) == wheel.path):
+        path = os.path.abspath(user) if os.path.dirname(user) else user
+        yield Library(path, "user", _version_in(path))
+    if wheel:
+        yield wheel
+    yield from system_libraries()
+
+
+def wheel_library():
+    """Find the library inside the wheel karellen-llvm-core, wherever that was installed.
+
+    Returns:
+        Library | None: None where the wheel is not installed.
+    """
+    try:
+        wheel = importlib.metadata.distribution(WHEEL)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    paths = [str(wheel.locate_file(file)) for file in wheel.files or () if _named(file.name)]
+    for scheme in sysconfig.get_scheme_names() if not paths else ():
+        paths += glob.glob(os.path.join(sysconfig.get_path("data", scheme), "lib", "libLLVM*.so*"))
+    paths = sorted({os.path.realpath(path) for path in paths if os.path.isfile(path)})
+    return Library(paths[0], "wheel", _numbers(wheel.version)) if paths else None
+
+
+def system_libraries():
+    """List the LLVM libraries of the system: tested versions first, then newest first.
+
+    Returns:
+        list of Library: each file once.
+    """
+    paths = {
+        os.path.realpath(path)
+        for directory in system_directories()
+        for path in glob.glob(os.path.join(directory, "*LLVM*"))
+        if _named(os.path.basename(path)) and os.path.isfile(path)
+    }
+
+    def preference(library):
+        version = library.version or (0,)
+        return version[0] not in TESTED, tuple(-number for number in version), library.path
+
+    return sorted((Library(path, "system", _version_in(path)) for path in paths), key=preference)
+
+
+def system_directories():
+    """List the directories (patterns expanded) where systems keep LLVM."""
+    patterns = [
+        *os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep),
+        os.path.join(sys.base_prefix, "lib"),
+        "/usr/lib/*-linux-gnu*",
+        "/usr/lib/llvm*/lib",
+        "/usr/lib/llvm/*/lib*",
+        "/usr/lib64/llvm*/lib",
+        "/usr/lib64",
+        "/usr/lib",
+        "/usr/local/lib",
+        "/opt/homebrew/opt/llvm*/lib",
+        "/usr/local/opt/llvm*/lib",
+        os.path.join(os.environ.get("PROGRAMFILES", "/none"), "LLVM", "bin"),
+    ]
+    return [path for pattern in patterns if pattern for path in glob.glob(pattern)]
+
+
+def judge(library, *, afresh=False):
+    """Say whether a library is usable: by its version, by an earlier verdict, or by a probe.
+
+    Args:
+        library (Library): a candidate.
+        afresh (bool): probe it whatever is known of it.
+
+    Returns:
+        Library: the same with `usable`, `reason` and, where it was probed, `version` filled in.
+    """
+    if library.version and library.version[0] < OLDEST:
+        known = f"LLVM {dotted(library.version)} is too old, {OLDEST} or newer is needed"
+        return replace(library, reason=known)
+    if library.source == "wheel" and library.version[0] in TESTED and not afresh:
+        known = f"LLVM {dotted(library.version)} of the package {WHEEL}, a tested version"
+        return replace(library, usable=True, reason=known)
+    version, usable, reason = probe.verdict(library.path, afresh=afresh)
+    version = tuple(version or ()) or library.version
+    return replace(library, version=version, usable=usable, reason=reason)
+
+
+def already_loaded():
+    """Describe the library of a Dr.Jit that was imported before relume.
+
+    Returns:
+        Library: with source ``user`` where the environment names it.
+    """
+    import drjit as dr
+
+    early = "drjit was imported before relume"
+    user = os.environ.get(VARIABLE)
+    if not dr.has_backend(dr.JitBackend.LLVM):
+        reason = f"{early} and found no LLVM library; import relume first. {ADVICE}"
+        return Library(None, "none", reason=reason)
+    path = _mapped_library()
+    if path is None:
+        return Library(user, "user" if user else "system", dr.detail.llvm_version(), True, early)
+    wheel = wheel_library()
+    if wheel and os.path.samefile(path, wheel.path):
+        return judge(wheel)
+    library = judge(Library(path, "user" if user else "system", _version_in(path)))
+    if library.usable:
+        return library
+    reason = f"{early} and loaded {path}: {library.reason}; import relume first. {ADVICE}"
+    return replace(library, reason=reason)
+
+
+def _mapped_library():
+    """Return the path of the LLVM library mapped into this process, None if that is unknown."""
+    try:
+        maps = Path("/proc/self/maps").read_text()
+    except OSError:
+        return None
+    for line in maps.splitlines():
+        path = line.partition("/")[2]
+        if _named(path.rpartition("/")[2]):
+            return "/" + path
+    return None
+
+
+def _named(name):
+    """Tell whether a file name is that of LLVM's shared library."""
+    return re.fullmatch(r"libLLVM(-[\d.]+)?\.(so|dylib)(\.\d[\w.+-]*)?|LLVM-C\.dll", name)
+
+
+def _version_in(path):
+    """Read the version in the file name of an LLVM library, None if it has none."""
+    match = re.match(r"libLLVM(?:-|\.so\.)(\d+(?:\.\d+)*)", os.path.basename(path))
+    return _numbers(match[1]) if match else None
+
+
+def _numbers(version):
+    """Read the release numbers of a version: ``3.9.1rc2`` is (3, 9, 1)."""
+    match = re.match(r"\d+(?:\.\d+)*", version)
+    return tuple(int(number) for number in match[0].split(".")) if match else ()
+
+
+def dotted(version):
+    """Write release numbers as a version."""
+    return ".".join(map(str, version))

@@ -1,0 +1,174 @@
+"""Render a tiny scene in a subprocess, to learn what would end this process.
+
+The verdict on an LLVM library is kept in the user's cache directory (``XDG_CACHE_HOME``, else
+``~/.cache``), under the file's name, time and size and the version of Dr.Jit.
+"""
+
+import importlib.metadata
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+VARIABLE = "DRJIT_LIBLLVM_PATH"
+SECONDS = 120
+REFUSED = 43  # exit status of the subprocess when the variant is not available
+SCRIPT = f"""
+import json, math, sys
+variant, *sys.path[:] = sys.argv[1:]
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+except ImportError:
+    pass
+import drjit as dr
+import mitsuba as mi
+try:
+    mi.set_variant(variant)
+except ImportError as error:
+    print(error, file=sys.stderr)
+    sys.exit({REFUSED})
+scene = mi.cornell_box()
+scene["sensor"]["film"].update(width=4, height=4)
+mean = float(mi.render(mi.load_dict(scene), spp=4).numpy().mean())
+assert math.isfinite(mean) and mean > 0, f"the picture has mean {{mean}}"
+print(json.dumps(dr.detail.llvm_version() if variant.startswith("llvm") else None))
+"""
+
+
+class Failed(Exception):
+    """The subprocess did not render.
+
+    Attributes:
+        lasting (bool): whether another try on the same machine would end the same.
+    """
+
+    def __init__(self, message, *, lasting):
+        super().__init__(message)
+        self.lasting = lasting
+
+
+def render(variant, library):
+    """Render a few pixels under a variant in a subprocess with an empty Dr.Jit kernel cache.
+
+    Args:
+        variant (str): a Mitsuba variant.
+        library (str): what ``DRJIT_LIBLLVM_PATH`` is set to there.
+
+    Returns:
+        tuple of int | None: the version of LLVM, for an LLVM variant.
+
+    Raises:
+        Failed: the variant is not available, the process ended, or the picture made no sense.
+    """
+    if not sys.executable:
+        raise Failed("there is no Python interpreter to probe with", lasting=False)
+    search = [os.path.abspath(entry) for entry in sys.path if entry]
+    # A home of its own: a kernel that another library left in the cache would prove nothing.
+    with tempfile.TemporaryDirectory(prefix="relume-probe-") as home:
+        changes = {VARIABLE: library, "HOME": home}
+        if not variant.startswith("cuda"):
+            changes["CUDA_VISIBLE_DEVICES"] = ""
+        try:
+            run = subprocess.run(
+                [sys.executable, "-c", SCRIPT, variant, *search],
+                env=os.environ | changes,
+                cwd=home,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=SECONDS,
+            )
+        except subprocess.TimeoutExpired:
+            raise Failed(f"no picture within {SECONDS} s", lasting=False) from None
+        except OSError as error:
+            raise Failed(f"the probe did not start: {error}", lasting=False) from None
+    if run.returncode == 0:
+        return json.loads(run.stdout.splitlines()[-1])
+    raise _failure(run.returncode, run.stderr.decode(errors="replace").strip())
+
+
+def _failure(status, stderr):
+    """Say what an exit status other than 0 means."""
+    lines = stderr.splitlines() or ["no message"]
+    if status == REFUSED:
+        return Failed(f"Dr.Jit refuses it: {lines[0][:300]}", lasting=True)
+    if status == 1:
+        return Failed(f"the probe failed: {lines[-1][:300]}", lasting=False)
+    stopped = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", None))
+    name = signal.Signals(-status).name if status < 0 else f"exit status {status}"
+    return Failed(f"it ends the whole process ({name})", lasting=-status not in stopped)
+
+
+def verdict(library, *, afresh=False):
+    """Tell whether Dr.Jit renders with an LLVM library: from memory, else by a probe.
+
+    Args:
+        library (str): file name of the library.
+        afresh (bool): probe it even if there is a verdict in memory.
+
+    Returns:
+        tuple: version (tuple of int, None if unknown), usable (bool), reason (str).
+    """
+    key = _key(library)
+    if not afresh and (known := _recall(key)):
+        return known
+    try:
+        version = render("llvm_ad_rgb", library)
+        answer = version, True, "a tiny scene rendered with it"
+    except Failed as failed:
+        answer = None, False, str(failed)
+        if not failed.lasting:
+            return answer
+    if key:
+        _remember(key, answer)
+    return answer
+
+
+def cache_file():
+    """Return the path of the file that keeps the verdicts."""
+    directory = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(directory):
+        directory = os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(directory, "relume", "llvm.json")
+
+
+def _key(library):
+    """Name a library file in the cache; None where it could not be told from its successor."""
+    try:
+        file = os.stat(library)
+    except OSError:
+        return None
+    drjit = importlib.metadata.version("drjit")
+    return f"{os.path.realpath(library)}|{file.st_mtime_ns}|{file.st_size}|drjit {drjit}"
+
+
+def _read():
+    try:
+        cache = json.loads(cache_file().read_text())
+    except (OSError, ValueError):
+        return {}
+    return cache if isinstance(cache, dict) else {}
+
+
+def _recall(key):
+    """Return the verdict kept under a key; None if there is none that makes sense."""
+    match _read().get(key):
+        case [list() | None as version, bool(usable), str(reason)]:
+            return version, usable, reason
+    return None
+
+
+def _remember(key, answer):
+    """Keep a verdict; a cache that cannot be written costs a probe at the next start, no more."""
+    file = cache_file()
+    try:
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=file.parent)
+        with os.fdopen(handle, "w") as stream:
+            json.dump(_read() | {key: answer}, stream, indent=1)
+        os.replace(temporary, file)
+    except OSError:
+        return
