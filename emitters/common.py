@@ -1,0 +1,64 @@
+"""What the emitter plugins share: reading parameters and filling Mitsuba's records."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+
+def vector(props, name, default):
+    """Read a point or vector parameter.
+
+    Args:
+        props: `mi.Properties` of the plugin.
+        name: name of the parameter.
+        default: three numbers taken when the parameter is absent.
+
+    Returns:
+        float64 array of shape (3,).
+    """
+    return np.array(props.get(name, mi.ScalarVector3d(*default)), dtype=np.float64).reshape(3)
+
+
+def unit(v, what):
+    """Return `v` (float64, shape (3,)) at length 1.
+
+    Raises:
+        ValueError: `v` has no length; `what` names it in the message.
+    """
+    length = np.linalg.norm(v)
+    if not np.isfinite(length) or length == 0.0:
+        raise ValueError(f"{what} must be a finite vector that is not zero, got {v.tolist()}")
+    return v / length
+
+
+def delta_sample(emitter, it, p, n, uv, d, dist):
+    """Direction sample towards the one point or direction a Dirac emitter has for `it`."""
+    ds = dr.zeros(mi.DirectionSample3f)
+    ds.p, ds.n, ds.uv, ds.d, ds.dist = p, n, uv, d, dist
+    ds.time = it.time
+    ds.pdf = 1.0
+    ds.delta = True
+    ds.emitter = mi.EmitterPtr(emitter)
+    return ds
+
+
+def spectrum_lookup(p, uv, time, wavelengths=None):
+    """Surface interaction that carries what a texture needs to be evaluated at (p, uv)."""
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.p, si.uv, si.time = p, uv, time
+    if wavelengths is not None:
+        si.wavelengths = wavelengths
+    return si
+
+
+def sample_spectrum(texture, si, sample, active):
+    """Wavelengths and weight of an emitted particle; RGB variants have no wavelengths.
+
+    Args:
+        texture: emitted spectrum.
+        si: where it is emitted.
+        sample: uniform variate in [0, 1).
+        active: lanes.
+    """
+    shifted = mi.sample_shifted(sample) if mi.is_spectral else dr.zeros(mi.Color0f)
+    return texture.sample_spectrum(si, shifted, active)

@@ -1,0 +1,178 @@
+r"""Spot light with an inner cone, an exponent and polynomial attenuation (`falloffspot`)
+=====================================================================================
+
+| name               | type      | meaning                                                   |
+|--------------------|-----------|-----------------------------------------------------------|
+| `position`         | point     | place of the light (default 0, 0, 0)                      |
+| `direction`        | vector    | axis of the cone, any length (default 0, -1, 0)           |
+| `intensity`        | spectrum  | radiant intensity :math:`I` on the axis (default 1)       |
+| `cutoff_angle`     | float     | half angle :math:`w` in degrees, (0, 180] (default 30)    |
+| `falloff_angle`    | float     | width :math:`f` of the rim, degrees, [0, w] (default 5)   |
+| `falloff_exponent` | float     | exponent :math:`p \ge 0` of the rim's ramp (default 2)    |
+| `attenuation`      | vector    | :math:`a, b, c \ge 0` of the attenuation (default 0, 0, 1)|
+| `to_world`         | transform | applied to `position` and `direction` (default none)      |
+
+A surface that faces the light at the distance :math:`d` and at the angle :math:`\vartheta` from
+the axis receives the irradiance
+
+.. math::
+    E = I \, \frac{r(\vartheta)}{t}, \qquad t = a + b\,d + c\,d^2, \qquad
+    r(\vartheta) = \left(\frac{\cos\vartheta - \cos w}{\cos(w - f) - \cos w}\right)^p
+
+with :math:`r = 1` inside :math:`w - f` and :math:`r = 0` outside :math:`w`. Where :math:`t` falls
+below :math:`10^{-3}` there is no attenuation (:math:`t = 1`); `0 0 0` thus switches it off. The
+ramp has a hard edge at :math:`w` when :math:`p = 0` or :math:`f = 0`. With `0 0 1` the plugin is
+an ordinary point source of intensity :math:`I\,r`.
+
+The formula is that of the legacy manual, "Spot light source", where :math:`I = \pi` times the
+emission of the object. The ramp is linear in the cosine, the stock `spot`'s in the angle.
+
+Particles (`sample_ray`, as `ptracer` uses it) carry a power that does not depend on how far they
+will fly. They can thus only follow the inverse square law: `attenuation` must be `0 0 c` with
+:math:`c > 0`, anything else raises `ValueError` in `sample_ray`.
+
+.. code-block:: python
+
+    {'type': 'falloffspot', 'position': [0, 5, 0], 'direction': [0, -1, 0],
+     'cutoff_angle': 20.0, 'falloff_angle': 10.0, 'falloff_exponent': 0.0,
+     'attenuation': [0, 1, 0], 'intensity': {'type': 'rgb', 'value': [30, 28, 25]}}
+"""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
+from registration import on_every_variant
+
+NO_ATTENUATION_BELOW = 1e-3
+
+
+def define():
+    class FalloffSpot(mi.Emitter):
+        def __init__(self, props):
+            mi.Emitter.__init__(self, props)
+            self.m_flags = mi.EmitterFlags.DeltaPosition
+            to_world = np.array(props.get("to_world", mi.ScalarTransform4d()).matrix)
+            position = to_world @ np.append(vector(props, "position", (0, 0, 0)), 1.0)
+            direction = to_world[:3, :3] @ vector(props, "direction", (0, -1, 0))
+            self.position = mi.Point3f(*position[:3].tolist())
+            self.direction = mi.Vector3f(*unit(direction, "direction").tolist())
+            self.intensity = props.get_emissive_texture("intensity", 1.0)
+            self.cutoff_angle = mi.Float(props.get("cutoff_angle", 30.0))
+            self.falloff_angle = mi.Float(props.get("falloff_angle", 5.0))
+            self.falloff_exponent = mi.Float(props.get("falloff_exponent", 2.0))
+            self.attenuation = mi.Vector3f(*vector(props, "attenuation", (0, 0, 1)).tolist())
+            self._check()
+            self._derive()
+
+        def _check(self):
+            w, f = float(self.cutoff_angle[0]), float(self.falloff_angle[0])
+            if not 0.0 < w <= 180.0:
+                raise ValueError(f"cutoff_angle must lie in (0, 180] degrees, got {w}")
+            if not 0.0 <= f <= w:
+                raise ValueError(f"falloff_angle must lie in [0, cutoff_angle = {w}], got {f}")
+            if not self.falloff_exponent[0] >= 0.0:
+                raise ValueError(
+                    f"falloff_exponent must not be negative, got {self.falloff_exponent[0]}"
+                )
+            if not dr.all(self.attenuation >= 0.0)[0]:
+                raise ValueError(f"attenuation must not be negative, got {self.attenuation}")
+            if self.intensity.is_spatially_varying():
+                raise ValueError("intensity must not vary over a surface")
+
+        def _derive(self):
+            w, f = dr.deg2rad(self.cutoff_angle), dr.deg2rad(self.falloff_angle)
+            self.cos_w = dr.cos(w)
+            # cos(w - f) - cos(w), written so that a narrow rim keeps its digits
+            rim = 2.0 * dr.sin(w - 0.5 * f) * dr.sin(0.5 * f)
+            self.inverse_rim = dr.rcp(dr.maximum(rim, 1e-8))  # f = 0: steeper than float32 tells
+            dr.make_opaque(
+                self.position, self.direction, self.falloff_exponent, self.attenuation,
+                self.cos_w, self.inverse_rim,
+            )  # fmt: skip
+
+        def _ramp(self, cos_theta):
+            # above 0, so that x^p and its derivative stay finite outside the cone
+            x = dr.clip((cos_theta - self.cos_w) * self.inverse_rim, 1e-7, 1.0)
+            return dr.select(cos_theta > self.cos_w, dr.power(x, self.falloff_exponent), 0.0)
+
+        def _irradiance(self, it, d, dist, active):
+            """Irradiance at `it` perpendicular to `d`, the direction towards the light."""
+            a, b, c = self.attenuation
+            t = dr.fma(dr.fma(c, dist, b), dist, a)
+            t = dr.select(t < NO_ATTENUATION_BELOW, 1.0, t)
+            weight = self._ramp(-dr.dot(d, self.direction)) / t
+            si = spectrum_lookup(self.position, mi.Point2f(0.5), it.time, it.wavelengths)
+            value = self.intensity.eval(si, active) * dr.select(active, weight, 0.0)
+            return mi.depolarizer(value)
+
+        def sample_direction(self, it, sample, active=True):
+            d = self.position - it.p
+            dist = dr.norm(d)
+            d *= dr.rcp(dist)
+            ds = delta_sample(
+                self, it, self.position, mi.Normal3f(self.direction), mi.Point2f(0.5), d, dist
+            )
+            return ds, self._irradiance(it, d, dist, active)
+
+        def eval_direction(self, it, ds, active=True):
+            return self._irradiance(it, ds.d, ds.dist, active)
+
+        def pdf_direction(self, it, ds, active=True):
+            return mi.Float(0.0)
+
+        def sample_ray(self, time, sample1, sample2, sample3, active=True):
+            a, b, c = (float(x[0]) for x in self.attenuation)
+            if a != 0.0 or b != 0.0 or c == 0.0:
+                raise ValueError(
+                    "falloffspot: particles can only follow attenuation 0 0 c with c > 0, "
+                    f"not {a:g} {b:g} {c:g}; use an integrator that starts at the camera"
+                )
+            local = mi.warp.square_to_uniform_cone(sample3, self.cos_w)
+            si = spectrum_lookup(self.position, mi.Point2f(0.5), time)
+            wavelengths, weight = sample_spectrum(self.intensity, si, sample1, active)
+            weight *= self._ramp(local.z) * (dr.two_pi * (1.0 - self.cos_w) / c)
+            d = mi.Frame3f(self.direction).to_world(local)
+            return mi.Ray3f(self.position, d, time, wavelengths), mi.depolarizer(weight)
+
+        def sample_position(self, time, sample, active=True):
+            ps = dr.zeros(mi.PositionSample3f)
+            ps.p, ps.n, ps.uv = self.position, mi.Normal3f(self.direction), mi.Point2f(0.5)
+            ps.time, ps.pdf, ps.delta = time, 1.0, True
+            return ps, mi.Float(1.0)
+
+        def sample_wavelengths(self, si, sample, active=True):
+            return sample_spectrum(self.intensity, si, sample, active)
+
+        def eval(self, si, active=True):
+            return mi.Spectrum(0.0)
+
+        def bbox(self):
+            p = mi.ScalarPoint3f(*(x[0] for x in self.position))
+            return mi.ScalarBoundingBox3f(p, p)
+
+        def traverse(self, cb):
+            super().traverse(cb)
+            for name in ("position", "direction", "cutoff_angle", "falloff_angle",
+                         "falloff_exponent", "attenuation"):  # fmt: skip
+                cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+            cb.put("intensity", self.intensity, mi.ParamFlags.Differentiable)
+
+        def parameters_changed(self, keys):
+            self.direction[:] = dr.normalize(self.direction)
+            self._check()
+            self._derive()
+
+        def to_string(self):
+            return (
+                f"FalloffSpot[position = {self.position}, direction = {self.direction}, "
+                f"cutoff_angle = {self.cutoff_angle}, falloff_angle = {self.falloff_angle}, "
+                f"falloff_exponent = {self.falloff_exponent}, attenuation = {self.attenuation}, "
+                f"intensity = {self.intensity}]"
+            )
+
+    mi.register_emitter("falloffspot", FalloffSpot)
+
+
+on_every_variant(define)
