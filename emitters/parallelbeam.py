@@ -53,7 +53,7 @@ def define():
             origin = linear @ vector(props, "origin", (0, 0, 0)) + to_world[:3, 3]
             edge_u = linear @ vector(props, "edge_u", (1, 0, 0))
             edge_v = linear @ vector(props, "edge_v", (0, 1, 0))
-            self.follows_normal = not props.has_property("direction")
+            self.follows_normal = "direction" not in props
             direction = np.cross(edge_u, edge_v)
             if not self.follows_normal:
                 direction = linear @ vector(props, "direction", (0, 0, 1))

@@ -76,7 +76,7 @@ def test_path_sees_the_same_light(attenuation, measure, agrees, spot_meter):
                     "to_world": facing,
                     "bsdf": {"type": "diffuse", "reflectance": rho},
                 },
-                "sensor": spot_meter(0.5 * p + [0, 0, 0.3 * dist], p),
+                "sensor": spot_meter(np.add(0.5 * p, [0, 0, 0.3 * dist]), p),
             }
         )
         a, b, c = attenuation
@@ -151,8 +151,10 @@ def test_particles_and_paths_make_the_same_picture(c, measure):
     """ptracer against path, three bounces; picture means within 3 standard errors of each other."""
     light = spot(position=[0, 3, 0.3], attenuation=[0, 0, c])
     scene = mi.load_dict(box_scene({"type": "path", "max_depth": 4}, light))
-    p, ep = measure(scene, spp=256)
-    q, eq = measure(scene, spp=1024, integrator=mi.load_dict({"type": "ptracer", "max_depth": 4}))
+    p, ep = measure(scene, spp=128, runs=32)
+    q, eq = measure(
+        scene, spp=256, runs=32, integrator=mi.load_dict({"type": "ptracer", "max_depth": 4})
+    )
     assert np.all(ep < 3e-3 * p) and np.all(eq < 3e-3 * q)
     assert np.all(np.abs(p - q) < 3.0 * np.hypot(ep, eq)), (p, q, ep, eq)
 
