@@ -1,0 +1,91 @@
+r"""Camera with a screen of any shape (`screencamera`)
+====================================================
+
+.. list-table::
+   * - Parameter, type
+     - Description
+   * - width, height: float
+     - Size of the screen at distance 1 from the camera, above 0. Where their ratio is not that of
+       the film, pixels are not square.
+   * - to_world: transform
+     - Rigid; the camera looks along +Z with +Y up and +X to the left. (Default: none)
+   * - aperture_radius: float
+     - Radius of the lens [scene unit]; 0 is a pinhole. (Default: 0)
+   * - focus_distance: float
+     - Distance of the plane of sharpness along the **world's** Z axis [scene unit]. (Default: 1)
+   * - (nested): film, sampler
+     - As for other sensors.
+
+The ray through film position :math:`(p, q) \in [0,1]^2` from the top left corner has the direction
+:math:`\hat d + W (p - 1/2) \hat r + H (1/2 - q) \hat u`. With a lens of radius :math:`a` its origin
+moves by a point of a disk of that radius in the world's XY plane, and it still passes through
+:math:`c + \omega f / |\omega_z|`: the lens of the original renderer, which is a thin lens only for a
+camera that looks along Z.
+
+Source: the renderer's manual, `SCREEN`; scene language sections 5.1 and 5.5.
+
+.. code-block:: python
+
+    {"type": "screencamera", "width": 1.0, "height": 0.5, "to_world": T, "film": {...}}
+"""
+
+import drjit as dr
+import mitsuba as mi
+
+from registration import on_every_variant
+
+
+def define():
+    """Define and register the plugin under the variant in use."""
+
+    class ScreenCamera(mi.Sensor):
+        def __init__(self, props):
+            mi.Sensor.__init__(self, props)
+            self.width = mi.Float(props["width"])
+            self.height = mi.Float(props["height"])
+            self.aperture_radius = mi.Float(props.get("aperture_radius", 0.0))
+            self.focus_distance = mi.Float(props.get("focus_distance", 1.0))
+            self.has_lens = props.get("aperture_radius", 0.0) > 0
+            self.m_needs_sample_2 = True
+            self.m_needs_sample_3 = self.has_lens
+            dr.make_opaque(self.width, self.height, self.aperture_radius, self.focus_distance)
+
+        def traverse(self, cb):
+            mi.Sensor.traverse(self, cb)
+            for name in ("width", "height", "aperture_radius", "focus_distance"):
+                cb.put(name, getattr(self, name), mi.ParamFlags.NonDifferentiable)
+
+        def sample_ray(self, time, wavelength_sample, position_sample, aperture_sample, active=True):
+            si = dr.zeros(mi.SurfaceInteraction3f)
+            wavelengths, weight = self.sample_wavelengths(si, wavelength_sample, active)
+            p, q = position_sample.x, position_sample.y
+            local = mi.Vector3f((0.5 - p) * self.width, (0.5 - q) * self.height, 1)
+            to_world = self.world_transform()
+            o = to_world.translation()
+            d = dr.normalize(to_world @ local)
+            if self.has_lens:
+                focus = o + d * (self.focus_distance / dr.abs(d.z))
+                disk = mi.warp.square_to_uniform_disk_concentric(aperture_sample)
+                o += mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
+                d = dr.normalize(focus - o)
+            return mi.Ray3f(o, d, time, wavelengths), weight
+
+        def sample_ray_differential(
+            self, time, wavelength_sample, position_sample, aperture_sample, active=True
+        ):
+            ray, weight = self.sample_ray(
+                time, wavelength_sample, position_sample, aperture_sample, active
+            )
+            return mi.RayDifferential3f(ray), weight
+
+        def bbox(self):
+            origin = self.world_transform().translation()
+            return mi.ScalarBoundingBox3f([dr.slice(x) for x in origin])
+
+        def to_string(self):
+            return f"ScreenCamera[width={self.width}, height={self.height}]"
+
+    mi.register_sensor("screencamera", ScreenCamera)
+
+
+on_every_variant(define)

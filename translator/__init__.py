@@ -1,0 +1,1 @@
+"""Scene language to Mitsuba: text, typed document, dictionary."""

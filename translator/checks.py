@@ -1,0 +1,104 @@
+"""Checks that concern several values, or values together with their meaning."""
+
+import math
+
+from translator.diagnostics import Problem
+from translator.document import MAX_PIXELS, MAX_SAMPLES
+from translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
+
+PARALLEL = 1e-9
+"""Sine of the angle below which two vectors count as parallel."""
+
+
+def check(document):
+    """The problems of a document that no single value shows.
+
+    Returns:
+        Problems at the line of the value concerned (line 0 where the file does not set it).
+    """
+    problems = []
+    _picture(document, problems)
+    _camera(document, problems)
+    for block in document.objects:
+        _shape(block, problems)
+        _spot(block, problems)
+    return problems
+
+
+def _problem(problems, source, field, message, kind="value"):
+    lines = source.reports.get(field) or source.reports.get("") or ()
+    line = lines[-1].line if lines else 0
+    problems.append(Problem(line, 1 if line else 0, message, kind))
+
+
+def _picture(document, problems):
+    width, height = document.image
+    if width * height > MAX_PIXELS:
+        message = f"IMAGE of {width} x {height} pixels, expected at most {MAX_PIXELS} in all"
+        _problem(problems, document.source, "image", message, "range")
+    samples = document.sampling * document.supersampling**2
+    if samples > MAX_SAMPLES:
+        message = f"{samples} samples a pixel (SAMPLING x SUPERSAMPLING²), expected at most 2^40"
+        _problem(problems, document.source, "sampling", message, "range")
+
+
+def _camera(document, problems):
+    if document.target_pos is not None:
+        field = "target_pos"
+        direction = _minus(document.target_pos, document.camera_pos)
+    else:
+        field, direction = "camera_dir", document.camera_dir
+    if not _usable(direction):
+        word = "TARGET_POS equal to CAMERA_POS" if field == "target_pos" else "CAMERA_DIR 0 0 0"
+        _problem(problems, document.source, field, f"{word}: the camera has no direction")
+    elif not _usable(document.camera_upvec):
+        _problem(problems, document.source, "camera_upvec", "CAMERA_UPVEC of length 0")
+    elif _parallel(direction, document.camera_upvec):
+        message = "CAMERA_UPVEC is parallel to the viewing direction"
+        _problem(problems, document.source, "camera_upvec", message)
+
+
+def _shape(block, problems):
+    shape = block.shape
+    if isinstance(shape, Plane | Disk | Annulus) and not _usable(shape.normal):
+        _problem(problems, block.source, "", "a normal of length 0")
+    if isinstance(shape, InfinityLight) and not _usable(shape.direction):
+        _problem(problems, block.source, "", "infinity_light with a direction of length 0")
+    if isinstance(shape, UVPlane) and (
+        not _usable(shape.u) or not _usable(shape.v) or _parallel(shape.u, shape.v)
+    ):
+        _problem(problems, block.source, "", "uvplane with edges that span no area")
+    for transform in block.transforms:
+        if transform.kind == "scale" and 0 in transform.values:
+            _problem(problems, block.source, "", "scale by 0 leaves nothing of the object")
+
+
+def _spot(block, problems):
+    if not block.spot_light:
+        return
+    w, f = block.spot_light_angle
+    if not (0 < w <= 90 and f <= w):
+        message = f"spot_light_angle {w:g} {f:g}: expected 0 < w <= 90 and 0 <= f <= w"
+        _problem(problems, block.source, "spot_light_angle", message, "range")
+    if not _usable(block.spot_light_dir):
+        _problem(problems, block.source, "spot_light_dir", "spot_light_dir of length 0")
+
+
+def _minus(a, b):
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
+def _usable(v):
+    """Whether a vector has a direction, without overflow or underflow in double precision."""
+    return 1e-150 < max(abs(x) for x in v) < 1e150
+
+
+def _parallel(a, b):
+    if not _usable(a) or not _usable(b):
+        return False
+    cross = (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+    return math.hypot(*cross) <= PARALLEL * math.hypot(*a) * math.hypot(*b)

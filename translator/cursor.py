@@ -1,0 +1,92 @@
+"""The place in a scene file where the parser stands, and what it has said so far."""
+
+from difflib import get_close_matches
+
+from translator.diagnostics import LineReport
+from translator.expressions import clip
+from translator.values import ValueReader
+
+
+def nearest(word, words):
+    """The known word that `word` is a misspelling of, or None."""
+    folded = {known.casefold(): known for known in sorted(words)}
+    if word.casefold() in folded:
+        return folded[word.casefold()]
+    close = get_close_matches(word, sorted(words), n=1, cutoff=0.8) if len(word) <= 64 else []
+    return close[0] if close else None
+
+
+class Cursor:
+    """The lines of a file, the current one, and the reports and problems collected.
+
+    Args:
+        lines: lines without line ends.
+        variables: names defined by `VAR`, filled while the file is read.
+        reports: list that the line reports are added to.
+        environ: environment variables that `%NAME%` may ask for.
+    """
+
+    def __init__(self, lines, variables, reports, environ):
+        self.lines = lines
+        self.at = 0
+        self.values = ValueReader(variables, environ)
+        self.reports = reports
+
+    @property
+    def line(self):
+        """Text of the current line."""
+        return self.lines[self.at]
+
+    @property
+    def number(self):
+        """Number of the current line, from 1."""
+        return self.at + 1
+
+    def keyword_text(self):
+        """Word of the current line, the text behind it, and the column of that text, from 0."""
+        word, *rest = self.line.split(None, 1)
+        offset = len(self.line) - len(rest[0]) if rest else len(self.line)
+        return word, (rest[0] if rest else ""), offset
+
+    def block_lines(self):
+        """Step through the lines of a block, up to an empty line; comments are passed over.
+
+        A line that holds blanks alone does not end a block (spec section 1.3).
+        """
+        while self.at + 1 < len(self.lines) and self.lines[self.at + 1] != "":
+            self.at += 1
+            if self.line.strip() and not self.line.startswith("#"):
+                yield self.line
+
+    def value_line(self, word, what):
+        """Step to the line with the values of the word in the current line; comments are skipped.
+
+        Returns:
+            The line, or None after noting a problem where there is none; the cursor then stays.
+        """
+        at = self.at + 1
+        while at < len(self.lines) and self.lines[at].startswith("#"):
+            at += 1
+        if at >= len(self.lines) or not self.lines[at].strip():
+            found = "an empty line" if at < len(self.lines) else "the end of the file"
+            self.error(len(word) + 1, f"{word} expects {what} on the next line, found {found}")
+            return None
+        self.at = at
+        return self.line
+
+    def report(self, word, outcome="translated", note=""):
+        """Add a report of the current line and return it."""
+        self.reports.append(LineReport(self.number, word, outcome, note))
+        return self.reports[-1]
+
+    def error(self, column, message, kind="syntax"):
+        """Note a problem in the current line at a column, from 1."""
+        self.values.error(self.number, column, message, kind)
+
+    def unknown(self, word, words, what):
+        """A word that is none of `words`: an error if it is a misspelling of one, else skipped."""
+        if close := nearest(word, words):
+            self.error(1, f"'{clip(word)}' is no {what}; did you mean '{close}'?", "keyword")
+        else:
+            note = f"no {what} of the language; the original program skips such lines"
+            self.report(clip(word), "ignored", note)

@@ -1,0 +1,108 @@
+"""What the translator tells the reader of a scene file: errors with a place, and line outcomes."""
+
+from dataclasses import dataclass, field
+
+OUTCOMES = ("translated", "approximated", "ignored", "unsupported")
+"""What can become of a line, from best to worst."""
+
+
+@dataclass(frozen=True, order=True)
+class Problem:
+    """One error in a scene file.
+
+    Attributes:
+        line: line number, from 1; 0 where the error belongs to no line (an environment variable).
+        column: column, from 1; 0 with `line` 0.
+        message: the offending text and what was expected.
+        kind: `syntax`, `keyword`, `value`, `range`, `asset`, `file` or `scene`.
+    """
+
+    line: int
+    column: int
+    message: str
+    kind: str
+
+
+class SceneError(Exception):
+    """Every error found in one scene file, in the order of its lines.
+
+    Attributes:
+        file: name of the scene file as given.
+        problems: the errors, at least one.
+    """
+
+    def __init__(self, file, problems):
+        self.file = str(file)
+        self.problems = sorted(problems)
+        super().__init__("\n".join(self.described()))
+
+    def described(self):
+        """The errors as `file:line:column: message` lines."""
+        return [
+            f"{self.file}:{p.line}:{p.column}: {p.message}" if p.line else f"{self.file}: {p.message}"
+            for p in self.problems
+        ]
+
+
+@dataclass
+class LineReport:
+    """What became of one line of a scene file.
+
+    Attributes:
+        line: line number, from 1.
+        keyword: the keyword the line belongs to (for a value line, the keyword above it).
+        outcome: one of `OUTCOMES`.
+        note: the reason, or what the reader should know; may be empty.
+    """
+
+    line: int
+    keyword: str
+    outcome: str = "translated"
+    note: str = ""
+
+    def becomes(self, outcome, note):
+        """Lower the outcome to `outcome` (never raise it) and add `note`."""
+        if OUTCOMES.index(outcome) > OUTCOMES.index(self.outcome):
+            self.outcome = outcome
+        self.remark(note)
+
+    def remark(self, note):
+        """Add `note` without changing the outcome."""
+        if note and note not in self.note:
+            self.note = f"{self.note}; {note}" if self.note else note
+
+
+@dataclass
+class Source:
+    """Where the fields of a document, an object or a block were set.
+
+    Attributes:
+        reports: for each field name the reports of the lines that set it last (keyword line and
+            value lines); for `""` those that open the block.
+        all: reports of all lines of the block, in file order.
+    """
+
+    reports: dict = field(default_factory=dict)
+    all: list = field(default_factory=list)
+
+    def becomes(self, name, outcome, note):
+        """Set the outcome of the lines that gave the field `name`; nothing if the file has none."""
+        for report in self.reports.get(name, ()):
+            report.becomes(outcome, note)
+
+    def remark(self, name, note):
+        """Add a note to the lines that gave the field `name`."""
+        for report in self.reports.get(name, ())[:1]:
+            report.remark(note)
+
+    def whole(self, outcome, note):
+        """Set the outcome of every line of the block, the note at its first line."""
+        for k, report in enumerate(self.all):
+            report.becomes(outcome, note if k == 0 else "")
+
+    def line(self, name=""):
+        """Number of the line that set the field `name`; of the block's first line if none did."""
+        for reports in (self.reports.get(name), self.reports.get(""), self.all):
+            if reports:
+                return reports[0].line
+        return 1

@@ -1,0 +1,237 @@
+"""The scene language's expressions (spec section 2): a small evaluator over a whitelist.
+
+::
+
+    expr   := term  (('+'|'-') term)*
+    term   := factor (('*'|'/'|'%') factor)*       a % b = a - floor(a/b) b
+    factor := signed ['^' factor]                  right associative
+    signed := ('-'|'+') signed | number            so -2^2 = 4
+    number := literal | '(' expr ')' | name | func '(' expr [',' expr] ')'
+
+A blank ends an expression where an operator could stand, and is skipped where an operand must
+follow, so ``1 +2`` is two values and ``1+ 2`` is one.
+"""
+
+import math
+import re
+
+MAX_DEPTH = 64
+"""Deepest nesting of brackets, signs and powers; deeper text is an error, not a crash."""
+
+CONSTANTS = {"pi": math.pi, "e": math.e}
+
+FUNCTIONS = {
+    "sqrt": math.sqrt,
+    "exp": math.exp,
+    "log": math.log,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "floor": math.floor,
+    "ceil": math.ceil,
+    "sind": lambda x: math.sin(math.radians(x)),
+    "cosd": lambda x: math.cos(math.radians(x)),
+    "tand": lambda x: math.tan(math.radians(x)),
+    "dasin": lambda x: math.degrees(math.asin(x)),
+    "dacos": lambda x: math.degrees(math.acos(x)),
+    "datan": lambda x: math.degrees(math.atan(x)),
+}
+
+FUNCTIONS2 = {
+    "pow": math.pow,
+    "atan2": math.atan2,
+    "datan2": lambda y, x: math.degrees(math.atan2(y, x)),
+}
+
+_LITERAL = re.compile(r"0[xX][0-9a-fA-F]+|0t[0-9]+|0b[0-9]+:[0-9a-zA-Z]+|"
+                      r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_PLAIN = re.compile(r"(?<![^ \t])[+-]?(?:0|[1-9][0-9]{0,14})(?:\.[0-9]{0,15})?(?=[ \t]|$)")
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
+_MAX_DIGITS = 400
+
+
+class ExpressionError(ValueError):
+    """A malformed or undefined expression.
+
+    Attributes:
+        column: offset of the offending text in the line, from 0.
+        kind: `syntax` (the text is malformed) or `value` (it has no finite value).
+    """
+
+    def __init__(self, column, message, kind="syntax"):
+        super().__init__(message)
+        self.column = column
+        self.kind = kind
+
+
+def evaluate(text, variables=None):
+    """Evaluate the expressions of one line.
+
+    Args:
+        text: one line of text.
+        variables: names defined by `VAR` with their values.
+
+    Returns:
+        (values, notes): a list of pairs (value, column from 0), and a list of remarks on literals
+        that the original program would have read otherwise.
+
+    Raises:
+        ExpressionError: with the column, for text that is no expression or has no finite value.
+    """
+    plain = [(float(m.group()), m.start()) for m in _PLAIN.finditer(text)]
+    if plain and len(plain) == len(text.split()):
+        return plain, []
+    parser = _Parser(text, variables or {})
+    values = []
+    parser.skip_blanks()
+    while parser.at < len(text):
+        start = parser.at
+        value = parser.expression(0)
+        if not math.isfinite(value):
+            shown = text[start : parser.at]
+            raise ExpressionError(start, f"'{clip(shown)}' has no finite value", "value")
+        if parser.at < len(text) and text[parser.at] not in " \t":
+            raise ExpressionError(
+                parser.at, f"unexpected '{clip(text[parser.at :])}' after '{clip(text[start : parser.at])}'"
+            )
+        values.append((value, start))
+        parser.skip_blanks()
+    return values, parser.notes
+
+
+def clip(text, width=40):
+    """`text` shortened to `width` characters and freed of control characters, for messages."""
+    text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text[: width + 1])
+    return text if len(text) <= width else text[: width - 1] + "…"
+
+
+class _Parser:
+    def __init__(self, text, variables):
+        self.text = text
+        self.variables = variables
+        self.at = 0
+        self.notes = []
+
+    def skip_blanks(self):
+        while self.at < len(self.text) and self.text[self.at] in " \t":
+            self.at += 1
+
+    def peek(self):
+        return self.text[self.at] if self.at < len(self.text) else ""
+
+    def calculate(self, start, function, *arguments):
+        try:
+            return float(function(*arguments))
+        except (ArithmeticError, ValueError):
+            shown = clip(self.text[start : self.at])
+            raise ExpressionError(start, f"'{shown}' has no finite value", "value") from None
+
+    def operand(self, rule, depth):
+        self.at += 1
+        self.skip_blanks()
+        return rule(depth)
+
+    def expression(self, depth):
+        start, value = self.at, self.term(depth)
+        while (operator := self.peek()) and operator in "+-":
+            right = self.operand(self.term, depth)
+            value = self.calculate(
+                start, float.__add__ if operator == "+" else float.__sub__, value, right
+            )
+        return value
+
+    def term(self, depth):
+        start, value = self.at, self.factor(depth)
+        while (operator := self.peek()) and operator in "*/%":
+            right = self.operand(self.factor, depth)
+            function = {"*": float.__mul__, "/": float.__truediv__, "%": _modulo}[operator]
+            value = self.calculate(start, function, value, right)
+        return value
+
+    def factor(self, depth):
+        if depth > MAX_DEPTH:
+            raise ExpressionError(self.at, f"expression nested deeper than {MAX_DEPTH} levels")
+        start, base = self.at, self.signed(depth)
+        if self.peek() == "^":
+            exponent = self.operand(self.factor, depth + 1)
+            return self.calculate(start, math.pow, base, exponent)
+        return base
+
+    def signed(self, depth):
+        sign = 1.0
+        while (operator := self.peek()) and operator in "+-":
+            sign = -sign if operator == "-" else sign
+            self.at += 1
+        return sign * self.number(depth)
+
+    def number(self, depth):
+        start = self.at
+        if self.peek() == "(":
+            value = self.operand(self.expression, depth + 1)
+            self.close(start)
+            return value
+        if match := _LITERAL.match(self.text, start):
+            self.at = match.end()
+            return self.literal(match.group(), start)
+        if match := _NAME.match(self.text, start):
+            self.at = match.end()
+            return self.named(match.group(), start, depth)
+        found = f"'{clip(self.text[start:])}'" if self.peek() else "the end of the line"
+        raise ExpressionError(start, f"expected a number, a name or '(', found {found}")
+
+    def literal(self, digits, start):
+        if len(digits) > _MAX_DIGITS:
+            raise ExpressionError(start, f"number of {len(digits)} characters")
+        try:
+            if digits[:2] in ("0x", "0X"):
+                return float(int(digits[2:], 16))
+            if digits.startswith("0t"):
+                return float(digits[2:])
+            if digits.startswith("0b"):
+                base, _, figures = digits[2:].partition(":")
+                return float(int(figures, int(base)))
+        except (ValueError, OverflowError):
+            raise ExpressionError(start, f"'{clip(digits)}' is not a number") from None
+        if len(digits) > 1 and digits[0] == "0" and digits.isdigit():
+            self.notes.append(f"'{digits}' read as decimal; the original program read octal")
+        return float(digits)
+
+    def named(self, name, start, depth):
+        if name in CONSTANTS:
+            return CONSTANTS[name]
+        if name in FUNCTIONS or name in FUNCTIONS2:
+            arity = 1 if name in FUNCTIONS else 2
+            arguments = self.arguments(name, start, arity, depth)
+            function = FUNCTIONS.get(name) or FUNCTIONS2[name]
+            return self.calculate(start, function, *arguments)
+        if name in self.variables:
+            return self.variables[name]
+        raise ExpressionError(start, f"unknown name '{clip(name)}' (no function, no VAR before here)")
+
+    def arguments(self, name, start, arity, depth):
+        if self.peek() != "(":
+            raise ExpressionError(self.at, f"expected '(' after the function '{name}'")
+        found = [self.operand(self.expression, depth + 1)]
+        self.skip_blanks()
+        while self.peek() == ",":
+            found.append(self.operand(self.expression, depth + 1))
+            self.skip_blanks()
+        self.close(start)
+        if len(found) != arity:
+            raise ExpressionError(start, f"'{name}' takes {arity} argument(s), found {len(found)}")
+        return found
+
+    def close(self, start):
+        self.skip_blanks()
+        if self.peek() != ")":
+            found = f"'{clip(self.text[self.at :])}'" if self.peek() else "the end of the line"
+            opened = clip(self.text[start : self.at])
+            raise ExpressionError(self.at, f"expected ')' to close '{opened}', found {found}")
+        self.at += 1
+
+
+def _modulo(a, b):
+    return a - math.floor(a / b) * b

@@ -1,0 +1,115 @@
+"""Shapes of an `OBJECT` block (spec section 6.1) and the table of their keywords."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Full sphere with outward normal; centre and radius (above 0) in scene units."""
+
+    center: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class Hemisphere:
+    """The half y >= centre.y of a sphere: an open dome seen from both sides."""
+
+    center: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class UVPlane:
+    """Parallelogram origin + s u + t v, s and t in [0, 1], normal along u x v."""
+
+    origin: tuple[float, float, float]
+    u: tuple[float, float, float]
+    v: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Infinite plane through a point; the normal need not be of length 1."""
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Disk:
+    """Disk; the normal need not be of length 1."""
+
+    center: tuple[float, float, float]
+    radius: float
+    normal: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Annulus:
+    """Disk of outer radius `radius` with a hole of radius `inner_radius`."""
+
+    center: tuple[float, float, float]
+    radius: float
+    inner_radius: float
+    normal: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """Mesh in an OBJ file, named as in the scene file."""
+
+    file: str
+
+
+@dataclass(frozen=True)
+class InfinityLight:
+    """Light from infinitely far away travelling along `direction`; no geometry."""
+
+    direction: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ShapeKeyword:
+    """One row of the table of shapes.
+
+    Attributes:
+        name: the word that opens the shape line, right below `OBJECT`.
+        arity: how many numbers follow it (0: a file name).
+        build: function from the numbers (then those of each extra line) to the shape.
+        doc: the sentence that documents the shape.
+        vectors: names of the lines of three numbers that follow the shape line.
+        positive: which of the numbers must be above 0, by index.
+        units: what the numbers are.
+    """
+
+    name: str
+    arity: int
+    build: object
+    doc: str
+    units: str
+    vectors: tuple = ()
+    positive: tuple = ()
+
+
+SHAPES = {
+    row.name: row
+    for row in (
+        ShapeKeyword("sphere", 4, lambda x: Sphere(x[:3], x[3]), "Sphere.", "centre, radius",
+                     positive=(3,)),
+        ShapeKeyword("hemisphere", 4, lambda x: Hemisphere(x[:3], x[3]),
+                     "Upper half (+Y) of a sphere, open below.", "centre, radius", positive=(3,)),
+        ShapeKeyword("uvplane", 3, lambda x, u, v: UVPlane(x, u, v),
+                     "Parallelogram with a corner and two edges.", "corner", vectors=("U", "V")),
+        ShapeKeyword("plane", 3, lambda x, n: Plane(x, n), "Infinite plane.", "point",
+                     vectors=("normal",)),
+        ShapeKeyword("disk", 4, lambda x, n: Disk(x[:3], x[3], n), "Disk.", "centre, radius",
+                     vectors=("normal",), positive=(3,)),
+        ShapeKeyword("disk2", 5, lambda x, n: Annulus(x[:3], x[3], x[4], n),
+                     "Ring between an outer and an inner radius.", "centre, outer and inner radius",
+                     vectors=("normal",), positive=(3,)),
+        ShapeKeyword("objfile", 0, MeshFile, "Mesh in OBJ format.", "file name"),
+        ShapeKeyword("infinity_light", 3, InfinityLight,
+                     "Parallel light from infinitely far away.", "direction in which it travels"),
+    )
+}
