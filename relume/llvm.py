@@ -124,8 +124,9 @@ def choose():
         if library.usable:
             return replace(library, rejected=tuple(rejected))
         rejected.append(library)
-    found = "; ".join(f"{library.path}: {library.reason}" for library in rejected)
-    reason = f"no usable LLVM library ({found or 'none found'}). {ADVICE}"
+    found = ", ".join(library.path for library in rejected)
+    found = f"found, but not usable: {found}" if found else "none found"
+    reason = f"no usable LLVM library ({found}). {ADVICE}"
     return Library(None, "none", reason=reason, rejected=tuple(rejected))
 
 

@@ -104,7 +104,7 @@ def test_a_version_below_17_is_refused_without_running_it(machine, tmp_path):
     machine.setattr(probe, "render", None)  # calling it would raise
     library_file(tmp_path, "libLLVM-16.so.1")
     choice = llvm.choose()
-    assert not choice.usable and "LLVM 16 is too old" in choice.reason
+    assert not choice.usable and "LLVM 16 is too old" in choice.rejected[0].reason
 
 
 def test_a_verdict_is_remembered_until_the_file_changes(machine, tmp_path):
@@ -127,7 +127,7 @@ def test_a_failure_of_the_probe_itself_is_not_remembered(machine, tmp_path):
         assert not llvm.choose().usable
     machine.setattr(probe, "SCRIPT", "import time; time.sleep(60)")
     machine.setattr(probe, "SECONDS", 0.2)
-    assert "no picture within" in llvm.choose().reason
+    assert "no picture within" in llvm.choose().rejected[0].reason
     machine.undo()
     assert not (tmp_path / "cache").exists()
 
