@@ -1,0 +1,92 @@
+"""Phong's reflection, energy conserving (`phong`)
+==================================================
+
+=========================  =====================  ==============================================
+parameter                  type                   meaning
+=========================  =====================  ==============================================
+``diffuse_reflectance``    spectrum or texture    rho_d, Lambertian part (default 0.5)
+``specular_reflectance``   spectrum or texture    rho_s, weight of the lobe (default 0.2)
+``exponent``               float or texture       n, 0 or more; below 0 it acts as 0 (default 30)
+=========================  =====================  ==============================================
+
+All three are exposed by ``mi.traverse`` and differentiable. With alpha the angle between the
+mirror direction of the viewer and the direction to the light:
+
+    f = rho_d / pi + rho_s (n + 2) / (2 pi) max(0, cos alpha)^n
+
+f is the BRDF: the reflected radiance is the integral of f L cos theta_o. The lobe is reciprocal
+and its albedo at most 1 for rho_s = 1 (1 at normal incidence, less towards grazing angles, where
+part of the lobe lies below the surface).
+
+Source: E. Lafortune and Y. Willems, "Using the Modified Phong Reflectance Model for Physically
+Based Rendering", Leuven CW 197, 1994. Sampling as printed there: about the mirror direction with
+phi = 2 pi xi_1, alpha = acos(xi_2^(1/(n+1))); the weights are rho_s (n+2)/(n+1) cos theta_o.
+
+The material is one-sided; wrap it in ``twosided`` for surfaces seen from both sides.
+
+.. code-block:: python
+
+    import bsdfs
+    mi.load_dict({'type': 'phong', 'diffuse_reflectance': 0.3, 'specular_reflectance': 0.7,
+                  'exponent': 5})
+"""
+
+import drjit as dr
+import mitsuba as mi
+
+from registration import on_every_variant
+
+from .common import diffuse_plus_lobe, polar
+
+
+def log1m(q):
+    """Return ln(1 - q) for 0 <= q < 1 to the last bits, also where q is tiny.
+
+    1 - q would round q away; for q < 1/4 the series of -2 artanh(q / (2 - q)) does not.
+    """
+    z = q / (2 - q)
+    z2 = z * z
+    series = -2 * z * dr.fma(z2, dr.fma(z2, dr.fma(z2, 1 / 7, 1 / 5), 1 / 3), 1)
+    return dr.select(q < 0.25, series, dr.log(1 - q))
+
+
+def define():
+    class Phong(diffuse_plus_lobe()):
+        def __init__(self, props):
+            super().__init__(props)
+            self.exponent = props.get_unbounded_texture("exponent", 30)
+            self.set_lobes((self.exponent,))
+
+        def traverse(self, cb):
+            super().traverse(cb)
+            cb.put("exponent", self.exponent, mi.ParamFlags.Differentiable)
+
+        def shape(self, si, active):
+            return dr.maximum(self.exponent.eval_1(si, active), 0)
+
+        def lobe(self, n, wi, wo):
+            # 1 - cos alpha = |o - r|^2 / 2 with r the mirror direction: free of the cancellation
+            # that 1 - (o . r) suffers in float32, which the power n would multiply.
+            d = mi.Vector3f(wo.x + wi.x, wo.y + wi.y, wo.z - wi.z)
+            q = 0.5 * dr.squared_norm(d)
+            inside = q < 1
+            power = dr.exp(n * log1m(dr.select(inside, q, 0))) * dr.inv_two_pi
+            power = dr.select(inside, power, 0)
+            return (n + 2) * power * wo.z, (n + 1) * power
+
+        def sample_lobe(self, n, wi, sample):
+            cos_alpha = dr.power(sample.y, dr.rcp(n + 1))
+            x, y = polar(dr.safe_sqrt(1 - cos_alpha * cos_alpha), dr.two_pi * sample.x)
+            mirror = mi.Frame3f(mi.Vector3f(-wi.x, -wi.y, wi.z))
+            return mirror.to_world(mi.Vector3f(x, y, cos_alpha))
+
+        def to_string(self):
+            return (
+                f"Phong[diffuse_reflectance={self.diffuse_reflectance}, "
+                f"specular_reflectance={self.specular_reflectance}, exponent={self.exponent}]"
+            )
+
+    mi.register_bsdf("phong", Phong)
+
+
+on_every_variant(define)
