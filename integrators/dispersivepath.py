@@ -1,0 +1,138 @@
+"""Path tracer for dispersive glass (`dispersivepath`)
+======================================================
+
+===============  ========  ===========================================================
+parameter        type      meaning
+===============  ========  ===========================================================
+``max_depth``    integer   longest path: 1 shows emitters alone, 2 adds direct light;
+                           -1 for no limit (default -1)
+``rr_depth``     integer   depth from which Russian roulette ends paths (default 5)
+===============  ========  ===========================================================
+
+The estimator is that of the stock ``path`` (emitter sampling and BSDF sampling combined by the
+power heuristic) and, without dispersion, gives the same picture from the same random numbers. At
+the first dispersive refraction of a path it drops all wavelengths but the first and multiplies
+the throughput by their number, once: see `bsdfs.dispersion`. It needs a spectral variant for that;
+elsewhere it is a plain path tracer. Emitters are always visible. Primal rendering only: to
+differentiate a scene use ``prb``, which treats dispersion without bias, if with more noise.
+
+.. code-block:: python
+
+    import bsdfs, integrators
+    mi.load_dict({'type': 'dispersivepath', 'max_depth': 16})
+"""
+
+import drjit as dr
+import mitsuba as mi
+
+from bsdfs.dispersion import HERO_WAVELENGTH
+from registration import on_every_variant
+
+
+def power_heuristic(pdf, other):
+    """Return the weight of a sample of density `pdf` that `other` might have drawn, 0 for 0/0."""
+    a, b = pdf * pdf, other * other
+    w = a / (a + b)
+    return dr.select(dr.isfinite(w), w, 0)
+
+
+def define():
+    class DispersivePath(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            if self.hide_emitters:
+                raise ValueError("dispersivepath cannot hide emitters")
+            max_depth = props.get("max_depth", -1)
+            if max_depth < -1:
+                raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
+            self.max_depth = max_depth if max_depth >= 0 else 0xFFFFFFFF
+            self.rr_depth = props.get("rr_depth", 5)
+            if self.rr_depth <= 0:
+                raise ValueError(f"rr_depth is {self.rr_depth}, but must be above 0")
+
+        @dr.syntax
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            ctx = mi.BSDFContext()
+            ctx.type_mask |= HERO_WAVELENGTH
+            wavelengths = len(mi.Spectrum())
+
+            ray = mi.Ray3f(ray)
+            L = mi.Spectrum(0)  # radiance
+            β = mi.Spectrum(1)  # throughput
+            η = mi.Float(1)  # product of the relative indices
+            depth = mi.UInt32(0)
+            seen = mi.Bool(False)  # did the camera ray hit anything?
+            dispersed = mi.Bool(False)  # is wavelength 0 the only one left?
+            active = mi.Bool(active)
+
+            si_prev = dr.zeros(mi.Interaction3f)
+            pdf_prev = mi.Float(1)
+            delta_prev = mi.Bool(True)
+
+            while dr.hint(active, label="Dispersive path tracer"):
+                si = scene.ray_intersect(
+                    ray, ray_flags=mi.RayFlags.All, coherent=(depth == 0), active=active
+                )
+
+                # ---------------------------- emission ----------------------------
+
+                ds = mi.DirectionSample3f(scene, si, si_prev)
+                pdf_em = scene.pdf_emitter_direction(si_prev, ds, active & ~delta_prev)
+                Le = ds.emitter.eval(si, active)
+                L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
+                active_next = active & (depth + 1 < self.max_depth) & si.is_valid()
+
+                # ------------------------- emitter sampling -------------------------
+
+                bsdf = si.bsdf()
+                active_em = active_next & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+                ds, em_weight = scene.sample_emitter_direction(
+                    si, sampler.next_2d(), True, active_em
+                )
+                active_em &= ds.pdf != 0
+
+                # --------------- BSDF evaluation and sampling in one call ---------------
+
+                f, pdf, bs, weight = bsdf.eval_pdf_sample(
+                    ctx,
+                    si,
+                    si.to_local(ds.d),
+                    sampler.next_1d(),
+                    sampler.next_2d(),
+                    active_next,
+                )
+                mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
+                L[active_em] = dr.fma(β, f * em_weight * mis, L)
+
+                # ------------------------- hero wavelength -------------------------
+
+                parts = ~dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
+                β *= weight * dr.select(parts, mi.Float(wavelengths), 1)
+                dispersed |= parts & active_next
+
+                # ------------------------- next vertex, roulette -------------------------
+
+                ray = si.spawn_ray(si.to_world(bs.wo))
+                η *= bs.eta
+                seen |= active & si.is_valid()
+                si_prev = mi.Interaction3f(si)
+                pdf_prev = bs.pdf
+                delta_prev = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+
+                depth[si.is_valid()] += 1
+                β_max = dr.max(β)
+                survival = dr.minimum(β_max * η * η, 0.95)
+                roulette = depth >= self.rr_depth
+                survives = sampler.next_1d() < survival
+                β[roulette] *= dr.rcp(survival)
+                active = active_next & (~roulette | survives) & (β_max != 0)
+
+            return L, seen, []
+
+        def to_string(self):
+            return f"DispersivePath[max_depth={self.max_depth}, rr_depth={self.rr_depth}]"
+
+    mi.register_integrator("dispersivepath", DispersivePath)
+
+
+on_every_variant(define)
