@@ -18,11 +18,29 @@ from pathlib import Path
 
 import numpy as np
 
+from .obj_scan import NotPlainError, PlainScan
+from .obj_text import (
+    BLANK,
+    MAX_DIGITS,
+    column,
+    count_tokens,
+    decode,
+    fan,
+    join_lines,
+    parse_corners,
+    parse_numbers,
+    split_by_label,
+    unify,
+)
+
 MAX_BYTES = 1 << 30
 """Largest OBJ file that is read (1 GiB, about 25 million triangles)."""
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
+_INDENT = re.compile(rb"[ \t]*")
+_COMMENT = re.compile(rb"#[^\n]*")
+_KEYWORD_TOBLANK = bytes.maketrans(b"vtnf", b"    ")
 _TOKEN = re.compile(rb"[^ \t\n]+")
 _IGNORED = {b"", b"g", b"o", b"s"}
 _V, _VT, _VN, _F, _USEMTL, _MTLLIB, _OTHER = range(7)
@@ -157,143 +175,285 @@ def features(path):
     Raises:
         MeshError: the file cannot be opened or is too large.
     """
-    scan = _PlainScan()
+    scan = PlainScan()
     try:
-        scan.read(_read_bytes(path))
-    except _NotPlainError as reason:
+        with _open(path) as file:
+            scan.read(file)
+    except NotPlainError as reason:
         return Features(False, str(reason), False, False)
-    return Features(True, None, scan.form in ("a//c", "a/b/c"), scan.form in ("a/b", "a/b/c"))
+    return Features(True, None, "n" in scan.attributes, "t" in scan.attributes)
 
 
-class _NotPlainError(Exception):
-    pass
-
-
-class _PlainScan:
-    """Walks over a file in blocks that fit the cache, and in each over runs of lines of a keyword.
-
-    Delimiters are all bytes below "0": blanks, line ends, signs, points and slashes.
-    """
-
-    BLOCK = 1 << 18
-    MAX_RUNS = 20000
-    FORMS = {0: "a", 1: "a/b", 2: "a/b/c", -2: "a//c"}
-    USED = {"a": set(), "a/b": {"t"}, "a//c": {"n"}, "a/b/c": {"n", "t"}}
-
-    def __init__(self):
-        self.form = None
-        self.attributes = set()
-        self.runs = 0
-
-    def read(self, data):
-        last = max(data.rfind(b"\nv "), data.rfind(b"\nv\t")) + 1
-        if len(data[last : data.find(b"\n", last)].split()) >= 7:
-            raise _NotPlainError("vertex colours")
-        start = 0
-        while start < len(data):
-            end = data.rfind(b"\n", start, start + self.BLOCK) + 1
-            end = end or data.find(b"\n", start) + 1 or len(data)
-            self.block(data[start:end].replace(b"\r\n", b"\n"))
-            start = end
-        if self.form is None:
-            raise _NotPlainError("no faces")
-        if self.attributes != self.USED[self.form]:
-            raise _NotPlainError("texture coordinates or normals that no face uses")
-
-    def block(self, block):
-        text = np.frombuffer(block if block.endswith(b"\n") else block + b"\n", np.uint8)
-        delimiters = np.flatnonzero(text < 48)
-        kinds = text[delimiters]
-        ends = np.flatnonzero(kinds == 10)
-        starts = np.concatenate(([0], delimiters[ends[:-1]] + 1))
-        first = text[starts]
-        cuts = [0, *(np.flatnonzero(first[1:] != first[:-1]) + 1).tolist(), len(first)]
-        self.runs += len(cuts)
-        if self.runs > self.MAX_RUNS:
-            raise _NotPlainError("vertices and faces alternate")
-        for a, b in zip(cuts, cuts[1:], strict=False):
-            keyword = chr(first[a])
-            if keyword not in "vf":
-                if keyword not in "#gos\n":
-                    raise _NotPlainError(f"lines that begin with {keyword!r}")
-                continue
-            low, high = starts[a], delimiters[ends[b - 1]] + 1
-            run = slice(ends[a - 1] + 1 if a else 0, ends[b - 1] + 1)
-            check = self.faces if keyword == "f" else self.numbers
-            check(text[low:high], delimiters[run] - low, kinds[run], starts[a:b] - low)
-
-    def faces(self, text, delimiters, kinds, starts):
-        if np.count_nonzero(text > 57) != len(starts):
-            raise _NotPlainError("faces with other characters than digits and slashes")
-        if (text[delimiters[:-1] + 1] == 48).any():
-            raise _NotPlainError("indices that begin with 0")
-        if np.diff(delimiters).max() > 10:
-            raise _NotPlainError("indices above a thousand million")
-        line = int(np.argmax(kinds == 10)) + 1
-        if len(kinds) % line == 0 and (kinds[line:] == kinds[:-line]).all():
-            delimiters, kinds = delimiters[:line], kinds[:line]
-        self.corners(delimiters, kinds)
-
-    def corners(self, delimiters, kinds):
-        """Check the delimiters of whole ``f`` lines: equal forms, three or four corners."""
-        if not np.isin(kinds, (9, 10, 32, 47)).all():
-            raise _NotPlainError("indices with a sign")
-        slash = kinds == 47
-        touching = np.diff(delimiters) == 1
-        if (touching & (slash[1:] != slash[:-1])).any():
-            raise _NotPlainError("slashes without an index")
-        double = np.concatenate(([0], np.cumsum(touching & slash[1:] & slash[:-1])))
-        blank = np.flatnonzero(~slash)
-        slashes, doubles = np.diff(blank) - 1, np.diff(double[blank])
-        corner = (np.diff(delimiters[blank]) > 1) & (kinds[blank[:-1]] != 10)
-        forms = np.where(doubles == 0, slashes, -slashes)[corner]
-        count = np.concatenate(([0], np.cumsum(corner)))[np.flatnonzero(kinds[blank] == 10)]
-        count = np.diff(count, prepend=0)
-        if count.min() < 3 or count.max() > 4:
-            raise _NotPlainError("faces with fewer than 3 or more than 4 corners")
-        form = self.FORMS.get(int(forms[0]))
-        if form is None or (forms != forms[0]).any() or self.form not in (None, form):
-            raise _NotPlainError("corners that name different attributes")
-        self.form = form
-
-    def numbers(self, text, delimiters, kinds, starts):
-        if not np.isin(kinds, (9, 10, 32, 43, 45, 46)).all():
-            raise _NotPlainError("characters that belong to no number")
-        second = text[starts + 1]
-        named = [name for name in "nt" if (second == ord(name)).any()]
-        self.attributes.update(named)
-        letters = np.count_nonzero(text > 57) - len(starts) - np.isin(second, (110, 116)).sum()
-        point, sign = kinds == 46, (kinds == 43) | (kinds == 45)
-        before = text[delimiters[sign] - 1]
-        exponent = (before | 32) == 101
-        if (point[1:] & point[:-1]).any() or not ((before <= 32) | exponent).all():
-            raise _NotPlainError("malformed numbers")
-        if letters:
-            self.exponents(text, delimiters, kinds, letters)
-
-    def exponents(self, text, delimiters, kinds, letters):
-        """Check that all letters are the e of a well-formed exponent."""
-        e = np.flatnonzero((text | 32) == 101)
-        after = np.searchsorted(delimiters, e)
-        signed = (delimiters[after] == e + 1) & (kinds[after] != 10) & (kinds[after] != 32)
-        end = after + signed
-        if (
-            letters != len(e)
-            or (np.diff(after) == 0).any()
-            or (kinds[end] > 32).any()
-            or (delimiters[end] == e + 1 + signed).any()
-        ):
-            raise _NotPlainError("malformed numbers")
-
-
-def _read_bytes(path):
-    """The bytes of a regular file of acceptable size."""
+def _open(path):
+    """A regular file of acceptable size, opened for reading bytes."""
     try:
         if not Path(path).is_file():
             what = "is not a regular file" if Path(path).exists() else "does not exist"
             raise MeshError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
-            raise MeshError(path, None, None, f"larger than {MAX_BYTES >> 20} MiB")
-        return Path(path).read_bytes()
+            raise MeshError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
+        return open(path, "rb", buffering=0)
     except (OSError, ValueError) as error:
         raise MeshError(path, None, None, f"cannot be read: {error}") from error
+
+
+def read_obj(path):
+    """Read an OBJ file.
+
+    Faces may have any number of corners of the forms a, a/b, a//c and a/b/c with positive or
+    negative indices. Vertex colours count if the last ``v`` line has at least six numbers.
+    ``usemtl`` names that differ only in case are one material.
+
+    Args:
+        path: OBJ file.
+
+    Returns:
+        `ObjFile`.
+
+    Raises:
+        MeshError: no regular file, too large, not text, a malformed or non-finite number, an index
+            that is 0 or names nothing, a face with fewer than three corners, no faces.
+    """
+    with _open(path) as file:
+        return _Reader(path, file.read()).read()
+
+
+class _Reader:
+    """One reading of one file: `data` is its text with all line ends as line feeds."""
+
+    def __init__(self, path, data):
+        self.path = path
+        self.notes = []
+        if b"\0" in data:
+            line = data.count(b"\n", 0, data.index(b"\0")) + 1
+            raise MeshError(path, line, None, "binary data: this is no OBJ text file")
+        data = data.removeprefix(b"\xef\xbb\xbf") + b"\n"
+        if b"\r" in data:
+            data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        self.data, self.joints = join_lines(data)
+        self.starts, self.kinds = self.classify()
+
+    def read(self):
+        v, vt, vn = (self.numbers(kind) for kind in (_V, _VT, _VN))
+        positions, colors = self.vertices(*v)
+        uv = np.stack([column(vt, 0), column(vt, 1)], axis=1)
+        normals = np.stack([column(vn, k) for k in range(3)], axis=1)
+        corners, counts = self.corners((len(positions), len(uv), len(normals)))
+        triangles, owner = fan(corners, counts)
+        self.note_polygons(counts)
+        materials, labels = self.materials()
+        groups = []
+        for label, members in split_by_label(labels[owner]):
+            tables = positions, uv, normals, colors
+            groups.append(self.group(triangles[members], *materials[label], *tables))
+        self.note_other_lines()
+        mtllib = [
+            (self.place(self.starts[i])[0], name)
+            for i in np.flatnonzero(self.kinds == _MTLLIB)
+            for name in [self.rest(i)]
+        ]
+        return ObjFile(groups, mtllib, sorted(self.notes), positions, triangles[:, :, 0])
+
+    # -- lines ----------------------------------------------------------------------------------
+
+    def classify(self):
+        """Offset of the keyword and kind of every line."""
+        text = np.frombuffer(self.data, np.uint8)
+        ends = np.flatnonzero(text == 10)
+        starts = np.concatenate(([0], ends[:-1] + 1))
+        indented = np.flatnonzero((text[starts] == 32) | (text[starts] == 9))
+        for line in indented:
+            starts[line] = _INDENT.match(self.data, starts[line]).end()
+        self.ends = ends
+        padded = np.concatenate((text, np.full(2, 10, np.uint8)))
+        first, second, third = (padded[starts + k] for k in range(3))
+        kinds = np.full(len(starts), _OTHER, np.uint8)
+        blank = BLANK[second]
+        kinds[(first == ord("v")) & blank] = _V
+        kinds[(first == ord("f")) & blank] = _F
+        for letter, kind in ((b"t", _VT), (b"n", _VN)):
+            kinds[(first == ord("v")) & (second == letter[0]) & BLANK[third]] = kind
+        for line in np.flatnonzero((first == ord("u")) | (first == ord("m"))):
+            keyword = self.data[starts[line] : ends[line]].split(None, 1)[0]
+            kinds[line] = {b"usemtl": _USEMTL, b"mtllib": _MTLLIB}.get(keyword, _OTHER)
+        return starts, kinds
+
+    def line(self, index):
+        return self.data[self.starts[index] : self.ends[index]]
+
+    def rest(self, index):
+        """What follows the keyword of a line, decoded."""
+        words = self.line(index).split(None, 1)
+        return decode(words[1].strip()) if len(words) > 1 else ""
+
+    def place(self, offset):
+        """Line and column of an offset in the file as it was."""
+        before = [joint for joint in self.joints if joint < offset]
+        line = self.data.count(b"\n", 0, offset) + len(before) + 1
+        start = max(self.data.rfind(b"\n", 0, offset), *before[-1:], -1)
+        return line, int(offset - start)
+
+    def error(self, offset, message):
+        return MeshError(self.path, *self.place(offset), message)
+
+    def lines_of(self, kind):
+        """Line indices of a kind, and their text, comments and keywords blanked."""
+        chosen = self.kinds == kind
+        edges = np.flatnonzero(np.diff(chosen, prepend=False, append=False))
+        runs = [
+            self.data[self.starts[a] : self.ends[b - 1] + 1]
+            for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+        ]
+        text = b"".join(runs)
+        if b"#" in text:
+            text = _COMMENT.sub(b"", text)
+        return np.flatnonzero(chosen), text
+
+    def tokens(self, line):
+        """(offset, token) of the values in a line."""
+        text = _COMMENT.sub(b"", self.line(line))
+        found = [(self.starts[line] + m.start(), m.group()) for m in _TOKEN.finditer(text)]
+        return found[1:]
+
+    # -- numbers --------------------------------------------------------------------------------
+
+    def numbers(self, kind):
+        """All numbers of the lines of a kind, and the offset of each line's first."""
+        lines, text = self.lines_of(kind)
+        text = text.translate(_KEYWORD_TOBLANK)
+        tokens, counts = count_tokens(text)
+        values = parse_numbers(text, float)
+        if len(values) != tokens or not np.isfinite(values).all():
+            raise self.bad_number(lines)
+        need = 2 if kind == _VT else 3
+        short = np.flatnonzero(counts < need)
+        if len(short):
+            message = f"{_ATTRIBUTES[kind]} with {counts[short[0]]} of {need} numbers"
+            raise self.error(self.starts[lines[short[0]]], message)
+        return values, counts, lines
+
+    def bad_number(self, lines):
+        for line in lines:
+            for offset, token in self.tokens(line):
+                if not _NUMBER.fullmatch(token) or not np.isfinite(float(token)):
+                    return self.error(offset, f"{decode(token)!r} is not a finite number")
+        raise AssertionError("every token is a number")
+
+    def vertices(self, values, counts, lines):
+        """Positions (N, 3), and colours (N, 3) or None."""
+        table = values, counts, lines
+        positions = np.stack([column(table, k) for k in range(3)], axis=1)
+        if not len(counts) or counts[-1] < 6:
+            return positions, None
+        short = counts < 6
+        colors = np.ones((len(counts), 3))
+        first = (np.cumsum(counts) - counts)[~short]
+        for k in range(3):
+            colors[~short, k] = values[first + 3 + k]
+        if short.any():
+            line = self.place(self.starts[lines[np.argmax(short)]])[0]
+            self.notes.append((line, f"{short.sum()} vertices without a colour are white"))
+        return positions, colors
+
+    # -- faces ----------------------------------------------------------------------------------
+
+    def corners(self, sizes):
+        """Corners of all faces as indices from 0 (C, 3), -1 for none; corners of each face."""
+        lines, text = self.lines_of(_F)
+        text = text.translate(_KEYWORD_TOBLANK)
+        if not len(lines):
+            raise MeshError(self.path, None, None, "has no faces")
+        _, counts = count_tokens(text)
+        short = np.flatnonzero(counts < 3)
+        if len(short):
+            message = f"face with {counts[short[0]]} of at least 3 corners"
+            raise self.error(self.starts[lines[short[0]]], message)
+        corners = parse_corners(text, counts.sum())
+        if corners is None:
+            raise self.bad_corner(lines)
+        for k, size in enumerate(sizes):
+            column = corners[:, k]
+            negative = column < 0
+            if negative.any():
+                seen = np.cumsum(self.kinds == (_V, _VT, _VN)[k])[lines]
+                column[negative] += np.repeat(seen, counts)[negative] + 1
+                column[negative & (column < 1)] = size + 1
+            wrong = np.flatnonzero(column > size)
+            if len(wrong):
+                raise self.missing(lines, counts, wrong[0], _ATTRIBUTES[k], size)
+        return corners - 1, counts
+
+    def bad_corner(self, lines):
+        for line in lines:
+            for offset, token in self.tokens(line):
+                if not _CORNER.fullmatch(token):
+                    return self.error(offset, f"{decode(token)!r} is no corner of a face")
+                fields = [part for part in token.split(b"/") if part]
+                if any(int(part) == 0 for part in fields):
+                    return self.error(offset, "index 0: indices begin at 1")
+                if any(len(part) > MAX_DIGITS for part in fields):
+                    return self.error(offset, "index with too many digits")
+        raise AssertionError("every corner is well formed")
+
+    def missing(self, lines, counts, corner, what, size):
+        face = int(np.searchsorted(np.cumsum(counts), corner, side="right"))
+        offset, token = self.tokens(lines[face])[corner - (np.cumsum(counts) - counts)[face]]
+        return self.error(offset, f"{decode(token)!r} names no {what}: there are {size}")
+
+    def note_polygons(self, counts):
+        many = np.flatnonzero(counts > 4)
+        if len(many):
+            line = self.place(self.starts[np.flatnonzero(self.kinds == _F)[many[0]]])[0]
+            text = f"{len(many)} faces with more than 4 corners, split about their first corner"
+            self.notes.append((line, text))
+
+    def note_other_lines(self):
+        seen = {}
+        for line in np.flatnonzero(self.kinds == _OTHER).tolist():
+            word = (self.line(line).split(None, 1) or [b""])[0]
+            if word not in _IGNORED and not word.startswith(b"#"):
+                seen.setdefault(word, line)
+        for word, line in list(seen.items())[:20]:
+            text = f"lines that begin with {decode(word[:40])!r} are ignored"
+            self.notes.append((self.place(self.starts[line])[0], text))
+
+    # -- groups ---------------------------------------------------------------------------------
+
+    def materials(self):
+        """[(name, line)] and the material of each face as an index into it."""
+        switches = np.flatnonzero(self.kinds == _USEMTL)
+        faces = np.flatnonzero(self.kinds == _F)
+        materials, known, labels = [(None, None)], {}, [0]
+        for switch in switches:
+            name = self.rest(switch)
+            if name.casefold() not in known:
+                known[name.casefold()] = len(materials)
+                materials.append((name, self.place(self.starts[switch])[0]))
+            labels.append(known[name.casefold()])
+        return materials, np.array(labels)[np.searchsorted(switches, faces)]
+
+    def group(self, triangles, name, line, positions, uv, normals, colors):
+        corners = triangles.reshape(-1, 3)
+        given = corners.min(axis=0) >= 0
+        for k in np.flatnonzero(~given & (corners.max(axis=0) >= 0)):
+            where = f"material {name!r}" if name else "faces without material"
+            text = f"{where}: not all corners name a {_ATTRIBUTES[k]}, so none is used"
+            self.notes.append((line or 1, text))
+        source, attributes, faces = unify(corners * given)
+        unit = None
+        if given[2]:
+            unit = normals[attributes[:, 1]]
+            length = np.linalg.norm(unit, axis=1, keepdims=True)
+            unit = unit / length if length.min() > 0 else None
+            if unit is None:
+                self.notes.append((line or 1, "normals of length 0: the normals are not used"))
+        return Group(
+            material=name,
+            line=line,
+            vertices=positions[source],
+            faces=faces.reshape(-1, 3).astype(np.int32),
+            normals=unit,
+            uv=uv[attributes[:, 0]] if given[1] else None,
+            colors=None if colors is None else colors[source],
+            source=source,
+        )
