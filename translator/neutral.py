@@ -47,6 +47,13 @@ class Mesh:
     colors: np.ndarray | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Pixels of a texture, the `picture` of a `bitmap`: (height, width, channels), top row first."""
+
+    pixels: np.ndarray
+
+
 def rgb(values):
     """A radiance or another quantity without an upper end."""
     return {"type": "rgb", "value": [float(x) for x in values]}
@@ -70,9 +77,14 @@ def to_mitsuba(value):
     if isinstance(value, dict):
         if isinstance(value.get("mesh"), Mesh):
             return mitsuba_mesh(value)
-        return {key: to_mitsuba(item) for key, item in value.items()}
+        return {
+            "bitmap" if isinstance(item, Picture) else key: to_mitsuba(item)
+            for key, item in value.items()
+        }
     if isinstance(value, Matrix):
         return mi.ScalarTransform4f(np.array(value.rows))
+    if isinstance(value, Picture):
+        return mi.Bitmap(np.asarray(value.pixels, np.float32))
     if isinstance(value, Color):
         return mi.ScalarColor3f(*value.rgb)
     return value

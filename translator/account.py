@@ -1,0 +1,117 @@
+"""What becomes of keywords that set no value of their own in the Mitsuba scene.
+
+Each row: field, condition on the document or object, outcome, note. A row applies where the
+condition holds, to the lines that set the field.
+"""
+
+from translator.dialects import note
+from translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
+
+GRAVITY = "general relativity is outside the manual"
+
+ALWAYS = lambda _: True  # noqa: E731
+
+DOCUMENT_ROWS = (
+    ("depth_limit", ALWAYS, "ignored", "roulette: unbiased here, so there is nothing to harden"),
+    ("mlt_r1r2", ALWAYS, "ignored", "without effect in the original program, too"),
+    ("metropolis", lambda d: d.metropolis, "unsupported", "rendered by path tracing instead"),
+    ("erpt", lambda d: d.erpt, "unsupported", "rendered by path tracing instead"),
+    ("mutation", lambda d: d.metropolis or d.erpt, "unsupported", "for Metropolis renders"),
+    ("mlt_sample", lambda d: d.metropolis, "unsupported", "for Metropolis renders"),
+    ("mlt_resampling", lambda d: d.metropolis, "unsupported", "for Metropolis renders"),
+    ("mutation", lambda d: not (d.metropolis or d.erpt), "ignored", "no Metropolis render is asked for"),
+    ("mlt_sample", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
+    ("mlt_resampling", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
+    ("participating_media", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
+    ("scattering", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
+    ("absorbing", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
+    ("phase", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
+    ("scattering", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
+    ("absorbing", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
+    ("phase", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
+    ("ambient", lambda d: any(d.ambient), "unsupported", "rendered without ambient light"),
+    ("background_texture", ALWAYS, "unsupported", "rendered without the picture of the surroundings"),
+    ("map_coef", lambda d: d.background_texture, "unsupported", "for background_texture"),
+    ("coef", lambda d: d.background_texture, "unsupported", "for background_texture"),
+    ("map_coef", lambda d: not d.background_texture, "ignored", "there is no background_texture"),
+    ("coef", lambda d: not d.background_texture, "ignored", "there is no background_texture"),
+    ("velocity", lambda d: any(d.velocity), "unsupported", GRAVITY),
+    ("special_relativity_effects", lambda d: d.special_relativity_effects, "unsupported", GRAVITY),
+    ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "unsupported", GRAVITY),
+    ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "unsupported", GRAVITY),
+    ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "unsupported", GRAVITY),
+)
+
+NO_SUBSURFACE = "the object has no subsurface scattering"
+
+
+def no_subsurface(block):
+    return not block.reflection.subsurface
+
+
+def no_ibl(block):
+    return block.ibl_texture is None
+
+
+def not_a_mesh(block):
+    return not isinstance(block.shape, MeshFile)
+
+
+OBJECT_ROWS = (
+    ("back", ALWAYS, "ignored", "without effect in the original program, too"),
+    ("media_ignore_front_back", ALWAYS, "ignored", "a medium fills all space outside objects"),
+    ("blackhole_disk", lambda b: b.blackhole_disk, "unsupported", GRAVITY),
+    ("disk_map", lambda b: b.disk_map and b.texture, "unsupported", "rendered without the texture"),
+    ("disk_map", lambda b: b.disk_map and not b.texture, "ignored", "there is no texture"),
+    ("background", lambda b: b.background, "unsupported", "shown lit"),
+    ("shadow", lambda b: b.shadow, "unsupported", "shown as an ordinary plane"),
+    ("texture", ALWAYS, "unsupported", "rendered with its colour"),
+    ("bump_texture", ALWAYS, "unsupported", "rendered smooth"),
+    ("ibl_texture", ALWAYS, "unsupported", "the object is left out"),
+    ("repeat", lambda b: b.texture is None, "ignored", "there is no texture"),
+    ("ibl_texture_coef", no_ibl, "ignored", "there is no ibl_texture"),
+    ("smooth", lambda b: b.smooth and not_a_mesh(b), "ignored", "the object is no mesh"),
+    ("r_refractive_index", ALWAYS, "ignored", "of use to subsurface scattering alone"),
+    *((field, no_subsurface, "ignored", NO_SUBSURFACE) for field in (
+        "scattering", "absorbing", "phase", "level", "bssrdf", "material_symbol", "material_scale",
+        "material_r_max")),
+    *((field, lambda b: b.reflection.subsurface, "unsupported", "rendered as its surface alone")
+      for field in ("subsurface", "scattering", "absorbing", "phase", "level", "bssrdf",
+                    "material_symbol", "material_scale", "material_r_max")),
+    *((field, lambda b: b.parallel_light and not isinstance(b.shape, UVPlane), "ignored",
+       "only a uvplane can be a parallel light")
+      for field in ("parallel_light", "parallel_light_dir")),
+    ("parallel_light_dir", lambda b: not b.parallel_light, "ignored", "parallel_light is 0"),
+    ("spot_light", lambda b: b.spot_light and not isinstance(b.shape, Sphere), "ignored",
+     "only a sphere can be a spot light"),
+    *((field, lambda b: not (b.spot_light and isinstance(b.shape, Sphere)), "ignored",
+       "the object is no spot light")
+      for field in ("spot_light_dir", "spot_light_angle", "spot_light_falloff", "spot_attenuation")),
+)
+
+NOTES = (
+    ("next_event_estimation", "lights are always sampled; the mean picture is the same"),
+    ("depth", "roulette sets in after this depth"),
+)
+
+
+def account(document):
+    """Set the outcome of every line that the translation itself does not account for."""
+    for field, applies, outcome, text in DOCUMENT_ROWS:
+        if applies(document):
+            document.source.becomes(field, outcome, text)
+    for field, text in NOTES:
+        document.source.remark(field, text)
+    if document.gamma_offset == 0:
+        document.source.remark("gamma_offset", note("gamma", "manual"))
+    document.source.remark("time_limit", note("timelimit", "manual"))
+    for block in document.gravity:
+        block.source.whole("unsupported", GRAVITY)
+    for block in document.objects:
+        for field, applies, outcome, text in OBJECT_ROWS:
+            if applies(block):
+                block.source.becomes(field, outcome, text)
+        if isinstance(block.shape, MeshFile):
+            block.source.whole("unsupported", "meshes are left out")
+        if isinstance(block.shape, Plane | InfinityLight) and any(block.emission) and any(block.color):
+            block.source.remark("emission", "emits and reflects")

@@ -1,0 +1,99 @@
+"""Finding the files that a scene names."""
+
+import os
+from pathlib import Path
+
+from translator.diagnostics import Problem
+from translator.expressions import clip
+from translator.shapes import MeshFile
+
+MAX_ENTRIES = 100_000
+"""Most entries of the folders of `asset_path` that are looked at."""
+
+
+class Assets:
+    """The files that a document names, found or missing.
+
+    A name is looked for as given from the working directory, then beside the scene file (spec
+    section 12.1), then below the folders of `asset_path`; there the case of letters, `\\` against
+    `/`, and in the end all folders of the name are disregarded.
+
+    Args:
+        document: the document.
+        asset_path: folders to look in.
+    """
+
+    def __init__(self, document, asset_path=()):
+        self.beside = Path(document.path).parent
+        self.folders = [Path(folder) for folder in asset_path]
+        self.index = None
+        self.found = {}
+        self.named = list(self._named(document))
+        for _, _, name in self.named:
+            self.found.setdefault(name, self.find(name))
+
+    def problems(self):
+        """A problem of kind `asset` for each missing file, at the line that names it."""
+        return [
+            Problem(line, column, f"no such file '{clip(name, 80)}'; looked in {self.places()}", "asset")
+            for line, column, name in self.named
+            if self.found[name] is None
+        ]
+
+    def places(self):
+        """The places that were looked in, for messages."""
+        places = ["the working directory", "the folder of the scene"]
+        return ", ".join(places + [str(folder) for folder in self.folders])
+
+    def find(self, name):
+        """Path of the file of a name, or None."""
+        relative = name.replace("\\", "/")
+        try:
+            for path in (Path(relative), self.beside / relative):
+                if path.is_file():
+                    return path
+        except (OSError, ValueError):
+            return None
+        return self._below_folders(relative)
+
+    def _below_folders(self, relative):
+        if self.index is None:
+            self.index = self._list()
+        parts = [part.casefold() for part in relative.split("/") if part not in ("", ".", "..")]
+        candidates = self.index.get(parts[-1], ()) if parts else ()
+        # The file whose folders agree with the name's, from the end, in most places.
+        return max(candidates, key=lambda path: _agreement(path, parts), default=None)
+
+    def _list(self):
+        index, entries = {}, 0
+        for folder in self.folders:
+            for root, folders, files in os.walk(folder):
+                folders.sort()
+                entries += len(files) + len(folders)
+                if entries > MAX_ENTRIES:
+                    return index
+                for file in sorted(files):
+                    index.setdefault(file.casefold(), []).append(Path(root) / file)
+        return index
+
+    def _named(self, document):
+        if document.background_texture is not None:
+            yield self._place(document.source, "background_texture", document.background_texture)
+        for block in document.objects:
+            if isinstance(block.shape, MeshFile):
+                yield block.source.line() + 1, 1, block.shape.file
+            for field in ("texture", "bump_texture", "ibl_texture"):
+                if (name := getattr(block, field)) is not None:
+                    yield self._place(block.source, field, name)
+
+    def _place(self, source, field, name):
+        return source.line(field), len(field) + 2, name
+
+
+def _agreement(path, parts):
+    count = 0
+    for have, want in zip(reversed(path.parts), reversed(parts), strict=False):
+        if have.casefold() != want:
+            break
+        count += 1
+    return count

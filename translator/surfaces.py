@@ -1,0 +1,226 @@
+"""From shapes to Mitsuba shapes (spec section 6): the cheapest exact one for each."""
+
+import numpy as np
+
+from translator import geometry
+from translator.dialects import note
+from translator.giant import Ball, Surroundings, is_giant
+from translator.neutral import Matrix, Mesh
+from translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
+
+PLANE_REACH = 100.0
+"""Half the side of an infinite plane, in radii of the finite part of the scene."""
+
+ANNULUS_SEGMENTS = 1024
+"""Segments of a ring: its edge is at most 5e-6 of the radius off the circle."""
+
+DOME_SEGMENTS = 128
+"""Segments of a tessellated dome or ellipsoid around its axis; half as many along a meridian."""
+
+
+class Shapes:
+    """Makes the shapes of one document.
+
+    Args:
+        document: the document; notes go to its lines.
+        camera: position of the camera, (3,).
+        dialect: `manual` or `prender` (row uvplane-extent).
+    """
+
+    def __init__(self, document, camera, dialect):
+        self.dialect = dialect
+        self.camera = camera
+        self.matrices = [geometry.compose(block.transforms) for block in document.objects]
+        pairs = list(zip(document.objects, self.matrices, strict=True))
+        balls = {k: ball(block.shape, m) for k, (block, m) in enumerate(pairs)
+                 if isinstance(block.shape, Sphere)}
+        self.giants = [k for k, b in balls.items() if b and is_giant(b, camera)]
+        boxes = [box for k, (block, m) in enumerate(pairs)
+                 if k not in self.giants and (box := bounds(block.shape, m)) is not None]
+        corners = np.concatenate([camera[None], *boxes])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        self.center = (low + high) / 2
+        self.extent = float(np.linalg.norm(high - low))
+        planes = [(geometry.point(m, b.shape.point), geometry.normal(m, b.shape.normal))
+                  for b, m in pairs if isinstance(b.shape, Plane)]
+        giants = [balls[k] for k in self.giants]
+        self.surroundings = Surroundings(giants, planes, camera, self.extent) if giants else None
+
+    def shape(self, index, block):
+        """The dictionary of an object's shape, without BSDF and emitter.
+
+        Returns:
+            A dictionary, or None for what has no geometry.
+        """
+        shape, matrix = block.shape, self.matrices[index]
+        if isinstance(shape, Sphere):
+            return self.sphere(index, block, shape, matrix)
+        if isinstance(shape, Hemisphere):
+            return self.hemisphere(block, shape, matrix)
+        if isinstance(shape, UVPlane):
+            return self.parallelogram(block, shape, matrix)
+        if isinstance(shape, Plane):
+            return self.plane(block, shape, matrix)
+        if isinstance(shape, Disk):
+            return self.disk(block, shape, matrix)
+        if isinstance(shape, Annulus):
+            return self.annulus(block, shape, matrix)
+        assert isinstance(shape, MeshFile | InfinityLight)
+        return None
+
+    def sphere(self, index, block, shape, matrix):
+        turned = block.normal < 0
+        if index in self.giants:
+            closed = block.reflection.kind == "glass" or block.reflection.subsurface
+            mesh, text = self.surroundings.patch(self.giants.index(index), closed)
+            block.source.remark("", f"giant sphere made of {text}")
+            return mesh_entry(mesh, turned)
+        round_one = ball(shape, matrix)
+        if any(t.kind == "rotation" for t in block.transforms):
+            block.source.remark("", note("sphere-rotation", self.dialect))
+        if round_one is None:
+            block.source.becomes("", "approximated", "an ellipsoid, tessellated")
+            return mesh_entry(dome(shape, matrix, np.pi), turned)
+        entry = {"type": "sphere", "center": [float(x) for x in round_one.center],
+                 "radius": float(round_one.radius)}
+        return entry | flipped(turned)
+
+    def hemisphere(self, block, shape, matrix):
+        """The upper half of a sphere: the lower one is masked out by the polar coordinate v."""
+        linear = matrix[:3, :3]
+        if emits(block) or geometry.similarity_scale(linear) is None or np.linalg.det(linear) < 0:
+            block.source.becomes("", "approximated", f"a dome of {DOME_SEGMENTS} segments")
+            return mesh_entry(dome(shape, matrix, np.pi / 2), block.normal < 0)
+        # The sphere's polar axis is +Z: turn it to +Y.
+        upright = geometry.rotation((-90, 0, 0)) * shape.radius
+        to_world = matrix @ geometry.affine(upright, shape.center)
+        return {"type": "sphere", "to_world": Matrix.of(to_world),
+                "upper_half": True} | flipped(block.normal < 0)
+
+    def parallelogram(self, block, shape, matrix):
+        u, v = np.array(shape.u), np.array(shape.v)
+        if self.dialect == "prender":
+            u, v = u * np.linalg.norm(u), v * np.linalg.norm(v)
+        if any(not np.isclose(np.linalg.norm(e), 1) for e in (shape.u, shape.v)):
+            block.source.remark("", note("uvplane-extent", self.dialect))
+        u, v = matrix[:3, :3] @ u, matrix[:3, :3] @ v
+        corner = geometry.point(matrix, shape.origin)
+        # U x V turns round under a mirroring matrix, the normal does not.
+        turned = (block.normal < 0) != (np.linalg.det(matrix[:3, :3]) < 0)
+        if abs(u @ v) > 1e-6 * np.linalg.norm(u) * np.linalg.norm(v):
+            uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
+            mesh = Mesh(corner + uv @ np.stack([u, v]), np.array([[0, 1, 2], [0, 2, 3]]), uv=uv)
+            return mesh_entry(mesh, turned)
+        linear = np.stack([u / 2, v / 2, geometry.unit(np.cross(u, v))], axis=1)
+        to_world = geometry.affine(linear, corner + u / 2 + v / 2)
+        return {"type": "rectangle", "to_world": Matrix.of(to_world)} | flipped(turned)
+
+    def plane(self, block, shape, matrix):
+        """A square around the foot of the scene's centre, far larger than the scene."""
+        n = geometry.normal(matrix, shape.normal)
+        p = geometry.point(matrix, shape.point)
+        foot = self.center - ((self.center - p) @ n) * n
+        away = float(np.linalg.norm(self.center - foot))
+        side = PLANE_REACH * max(self.extent / 2, away, 1e-3)
+        block.source.remark("", f"infinite plane: a square of side {2 * side:g}")
+        linear = geometry.frame(n) @ np.diag([side, side, 1.0])
+        entry = {"type": "rectangle", "to_world": Matrix.of(geometry.affine(linear, foot))}
+        return entry | flipped(block.normal < 0)
+
+    def disk(self, block, shape, matrix):
+        linear = matrix[:3, :3]
+        axes = geometry.frame(geometry.unit(shape.normal)) * shape.radius
+        to_world = matrix @ geometry.affine(axes, shape.center)
+        if geometry.similarity_scale(linear) is None:
+            block.source.becomes("", "approximated", "an ellipse, tessellated")
+            return mesh_entry(ring(shape.radius, 0.0, shape, matrix), block.normal < 0)
+        turned = (block.normal < 0) != (np.linalg.det(linear) < 0)
+        return {"type": "disk", "to_world": Matrix.of(to_world)} | flipped(turned)
+
+    def annulus(self, block, shape, matrix):
+        block.source.becomes("", "approximated", f"a ring of {ANNULUS_SEGMENTS} segments")
+        return mesh_entry(ring(shape.radius, shape.inner_radius, shape, matrix), block.normal < 0)
+
+
+def emits(block):
+    """Whether an object emits light of its own."""
+    return any(block.emission) or block.ibl_texture is not None
+
+
+def ball(shape, matrix):
+    """The `Ball` that a sphere becomes under a matrix, or None if it becomes an ellipsoid."""
+    scale = geometry.similarity_scale(matrix[:3, :3])
+    if scale is None:
+        return None
+    return Ball(geometry.point(matrix, shape.center), shape.radius * scale)
+
+
+def bounds(shape, matrix):
+    """Corners of a box around a finite shape, (N, 3), or None."""
+    if isinstance(shape, Sphere | Hemisphere | Disk | Annulus):
+        size = shape.radius * np.abs(matrix[:3, :3]).sum(axis=1)
+        center = geometry.point(matrix, shape.center)
+        return np.stack([center - size, center + size])
+    if isinstance(shape, UVPlane):
+        corner, u, v = (np.array(x) for x in (shape.origin, shape.u, shape.v))
+        corners = [corner, corner + u, corner + v, corner + u + v]
+        return np.stack([geometry.point(matrix, c) for c in corners])
+    return None
+
+
+def flipped(turned):
+    """The parameter that turns a stock shape's normal round, where needed."""
+    return {"flip_normals": True} if turned else {}
+
+
+def mesh_entry(mesh, turned):
+    """A mesh's dictionary; turning its normals reverses its faces."""
+    if turned:
+        normals = None if mesh.normals is None else -mesh.normals
+        mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1], normals, mesh.uv, mesh.colors)
+    return {"type": "mesh", "mesh": mesh}
+
+
+def transformed(vertices, faces, normals, matrix):
+    """A mesh under a matrix; a mirroring one keeps the normals' side."""
+    world = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        faces = faces[:, ::-1]
+    turned = normals @ np.linalg.inv(matrix[:3, :3])
+    return Mesh(world, faces, turned / np.linalg.norm(turned, axis=1, keepdims=True))
+
+
+def dome(shape, matrix, end):
+    """A sphere around +Y from its top to the polar angle `end`, tessellated, with true normals."""
+    rows, columns = round(DOME_SEGMENTS * end / (2 * np.pi)), DOME_SEGMENTS
+    theta, phi = np.meshgrid(np.linspace(0, end, rows + 1), np.linspace(0, 2 * np.pi, columns + 1),
+                             indexing="ij")
+    normals = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1)
+    k = np.arange(rows * (columns + 1)).reshape(rows, -1)[:, :-1].ravel()
+    below = k + columns + 1
+    faces = np.concatenate([np.stack([k, below, below + 1], 1), np.stack([k, below + 1, k + 1], 1)])
+    normals = normals.reshape(-1, 3)
+    return transformed(np.array(shape.center) + shape.radius * normals, faces, normals, matrix)
+
+
+def ring(outer, inner, shape, matrix):
+    """A flat ring (a disk where `inner` is 0), tessellated."""
+    axes = geometry.frame(geometry.unit(shape.normal))
+    phi = np.arange(ANNULUS_SEGMENTS) * (2 * np.pi / ANNULUS_SEGMENTS)
+    circle = np.stack([np.cos(phi), np.sin(phi)], axis=1) @ axes[:, :2].T
+    vertices = np.array(shape.center) + np.concatenate([inner * circle, outer * circle])
+    k, following = np.arange(ANNULUS_SEGMENTS), np.roll(np.arange(ANNULUS_SEGMENTS), -1)
+    a, b = k, k + ANNULUS_SEGMENTS
+    c, d = following + ANNULUS_SEGMENTS, following
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    normals = np.tile(axes[:, 2], (len(vertices), 1))
+    return transformed(vertices, faces[: len(faces) if inner > 0 else len(k)], normals, matrix)
