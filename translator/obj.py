@@ -111,7 +111,7 @@ class ObjFile:
         return vertex_normals(self.positions, self.triangles)
 
     def smooth_normals(self, group):
-        """Area-weighted normals of a group, float64 (V, 3), smooth across texture seams and groups."""
+        """Area-weighted normals of a group, float64 (V, 3), across texture seams and groups."""
         return self._normals[group.source]
 
 

@@ -1,0 +1,351 @@
+"""Wavefront MTL materials with the renderer's extensions, which are written as comments.
+
+The values are kept as they are written; nothing here decides on a BSDF. Three rules of the
+language need several keys at once and are properties of `Material`: `color` and `specular` (where
+``#COLOR`` and ``Kd`` are two names of one thing), `opacity` (``d`` and ``Tr``), and
+`diffuse_weight` (``#ROUGHNESS``).
+"""
+
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+MAX_BYTES = 16 << 20
+"""Largest MTL file that is read (16 MiB)."""
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_STARTS_NUMBER = re.compile(r"[+-]?[\d.]|[+-]?(nan|inf)", re.IGNORECASE)
+
+
+class MtlError(Exception):
+    """An MTL file that cannot be read.
+
+    Attributes:
+        path: the file, as it was given.
+        line: line number from 1, or None where the whole file is meant.
+        column: column in characters from 1, or None.
+        message: what is wrong, without the place.
+    """
+
+    def __init__(self, path, line, column, message):
+        self.path, self.line, self.column, self.message = path, line, column, message
+        place = [str(path)] + [str(n) for n in (line, column) if n is not None]
+        super().__init__(f"{':'.join(place)}: {message}")
+
+
+@dataclass(frozen=True)
+class TextureMap:
+    """A picture named by ``map_Kd`` or ``map_Bump``.
+
+    Attributes:
+        file: name as written, without options.
+        scale: factors (u, v, w) of ``-s``.
+        offset: shifts (u, v, w) of ``-o``.
+        bump_multiplier: factor of ``-bm``.
+        clamp: ``-clamp on``: nothing outside [0, 1] in u and v.
+    """
+
+    file: str
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    bump_multiplier: float = 1.0
+    clamp: bool = False
+
+
+RGB = tuple[float, float, float]
+
+
+@dataclass
+class Material:
+    """One ``newmtl`` block; a key that the file does not give is None.
+
+    Attributes:
+        name: name in its own spelling.
+        line: line of ``newmtl``.
+        kd, ks, ka: ``Kd``, ``Ks``, ``Ka``, linear RGB.
+        ni: ``Ni``, index of refraction.
+        ns: ``Ns``, Phong exponent.
+        d, tr: ``d`` (opacity) and ``Tr`` (transparency), 0 to 1.
+        map_kd, map_bump: pictures.
+        reflection: ``#REFLECTION``, kind of surface: 0 diffuse, 1 mirror, 2 glass, 3 Ward, 4 Phong;
+            5 to 8 are the original program's own.
+        emission: ``#EMISSION``, linear RGB radiance.
+        extra_color, extra_specular: ``#COLOR`` and ``#SPECULAR``, linear RGB.
+        ward: ``#WARD``, (alpha_x, alpha_y).
+        roughness: ``#ROUGHNESS``, share of the Lambertian part, 0 to 1.
+        smooth, repeat: ``#SMOOTH`` and ``#REPEAT``.
+        lines: line of each given attribute, by attribute name.
+    """
+
+    name: str
+    line: int
+    kd: RGB | None = None
+    ks: RGB | None = None
+    ka: RGB | None = None
+    ni: float | None = None
+    ns: float | None = None
+    d: float | None = None
+    tr: float | None = None
+    map_kd: TextureMap | None = None
+    map_bump: TextureMap | None = None
+    reflection: int | None = None
+    emission: RGB | None = None
+    extra_color: RGB | None = None
+    extra_specular: RGB | None = None
+    ward: tuple[float, float] | None = None
+    roughness: float | None = None
+    smooth: int | None = None
+    repeat: int | None = None
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def _later(self, *names):
+        given = [name for name in names if name in self.lines]
+        return max(given, key=self.lines.get) if given else None
+
+    @property
+    def color(self):
+        """The later of ``Kd`` and ``#COLOR``, or None."""
+        name = self._later("kd", "extra_color")
+        return name and getattr(self, name)
+
+    @property
+    def specular(self):
+        """The later of ``Ks`` and ``#SPECULAR``, or None."""
+        name = self._later("ks", "extra_specular")
+        return name and getattr(self, name)
+
+    @property
+    def opacity(self):
+        """The later of ``d`` and 1 - ``Tr``, or None."""
+        name = self._later("d", "tr")
+        return name and (self.d if name == "d" else 1 - self.tr)
+
+    @property
+    def diffuse_weight(self):
+        """Share r of the Lambertian part for these faces, None without ``#REFLECTION``.
+
+        r is the last ``#ROUGHNESS``; for the kinds 0 and 1 one that precedes ``#REFLECTION`` is
+        lost. Where r is then 0 and colour and specular colour are both non-black,
+        r = \\|Kd\\|² / (\\|Kd\\|² + \\|Ks\\|²). A diffuse surface (kind 0) with a black specular
+        colour is diffuse, r = 1, as the manual says (the original program makes it a mirror).
+        """
+        if self.reflection is None:
+            return None
+        lost = self.reflection <= 1 and self.lines.get("roughness", 0) < self.lines["reflection"]
+        if self.roughness and not lost:
+            return self.roughness
+        kd2 = sum(c * c for c in self.color or (0.0,))
+        ks2 = sum(c * c for c in self.specular or (0.0,))
+        if kd2 > 0 and ks2 > 0:
+            return kd2 / (kd2 + ks2)
+        return 1.0 if self.reflection == 0 else 0.0
+
+
+class Materials(dict):
+    """Materials of a file by lower-case name; the last of several equal names counts.
+
+    Attributes:
+        notes: (line, text) of what was ignored or read otherwise than written.
+    """
+
+    def __init__(self):
+        super().__init__()
+        self.notes = []
+
+
+def read_mtl(path):
+    """Read an MTL file.
+
+    Args:
+        path: MTL file, in UTF-8 or cp932.
+
+    Returns:
+        `Materials`.
+
+    Raises:
+        MtlError: no regular file, too large, not text, a malformed or non-finite number, too few
+            numbers, an unknown kind of reflection.
+    """
+    return _Reader(path).read(_read_text(path))
+
+
+def _read_text(path):
+    try:
+        if not Path(path).is_file():
+            what = "is not a regular file" if Path(path).exists() else "does not exist"
+            raise MtlError(path, None, None, what)
+        if Path(path).stat().st_size > MAX_BYTES:
+            raise MtlError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
+        raw = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        raise MtlError(path, None, None, f"cannot be read: {error}") from error
+    if b"\0" in raw:
+        line = raw.count(b"\n", 0, raw.index(b"\0")) + 1
+        raise MtlError(path, line, None, "binary data: this is no MTL text file")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp932", errors="replace")
+
+
+_COLORS = {"kd": "kd", "ks": "ks", "ka": "ka",
+           "#EMISSION": "emission", "#COLOR": "extra_color", "#SPECULAR": "extra_specular"}
+_FLOATS = {"ni": "ni", "ns": "ns", "d": "d", "tr": "tr", "#ROUGHNESS": "roughness"}
+_INTEGERS = {"#REFLECTION": "reflection", "#SMOOTH": "smooth", "#REPEAT": "repeat"}
+_SHARES = {"d", "tr", "roughness"}
+_MAP_OPTIONS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2, "-bm": 1, "-clamp": 1, "-blendu": 1,
+                "-blendv": 1, "-boost": 1, "-texres": 1, "-cc": 1, "-imfchan": 1, "-type": 1}
+
+
+def _indent(line):
+    return len(line) - len(line.lstrip())
+
+
+class _Reader:
+    def __init__(self, path):
+        self.path = path
+        self.found = Materials()
+        self.material = None
+        self.unknown = set()
+        self.number = 0
+
+    def read(self, text):
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        for self.number, line in enumerate(lines, 1):
+            words = line.split(None, 1)
+            if words:
+                self.line(line, words[0], words[1].strip() if len(words) > 1 else "")
+        return self.found
+
+    def line(self, line, key, rest):
+        if key.startswith("#"):
+            if not self.is_extension(key, rest):
+                return
+        else:
+            key = key.lower()
+        if key == "newmtl":
+            self.begin(line, rest)
+        elif self.material is None:
+            self.note(f"{key!r} before the first newmtl is ignored")
+        elif key.startswith("map_kd"):
+            self.store("map_kd", self.texture(line, rest))
+        elif key in ("map_bump", "bump"):
+            self.store("map_bump", self.texture(line, rest))
+        elif key in _COLORS:
+            self.color(line, key)
+        elif key in _FLOATS:
+            self.scalar(line, key)
+        elif key in _INTEGERS:
+            self.integer(line, key)
+        elif key == "#WARD":
+            self.store("ward", tuple(self.numbers(line, 2)))
+        else:
+            if key not in self.unknown:
+                self.note(f"{key!r} means nothing here and is ignored")
+            self.unknown.add(key)
+
+    def is_extension(self, key, rest):
+        """A comment is an extension if its first word is one and a number follows."""
+        if key not in {*_COLORS, *_FLOATS, *_INTEGERS, "#WARD"}:
+            return False
+        if _STARTS_NUMBER.match(rest):
+            return True
+        self.note(f"{key!r} without a number is taken as a comment")
+        return False
+
+    def begin(self, line, name):
+        if not name:
+            raise self.error(_indent(line), "newmtl without a name")
+        if name.casefold() in self.found:
+            self.note(f"material {name!r} is defined again: the last definition counts")
+            del self.found[name.casefold()]
+        self.material = Material(name, self.number)
+        self.found[name.casefold()] = self.material
+
+    def color(self, line, key):
+        words = line.split("#")[0].split() if not key.startswith("#") else line.split()
+        if words[1:2] in (["spectral"], ["xyz"]):
+            self.note(f"{words[0]} {words[1]} is not supported and ignored")
+        elif len(words) == 2:
+            self.note(f"{words[0]} with one number is grey")
+            self.store(_COLORS[key], tuple(self.numbers(line, 1)) * 3)
+        else:
+            self.store(_COLORS[key], tuple(self.numbers(line, 3)))
+
+    def scalar(self, line, key):
+        attribute = _FLOATS[key]
+        if key == "d" and "-halo" in line.split():
+            self.note("option '-halo' is ignored")
+            line = line.replace("-halo", "     ")
+        value = self.numbers(line, 1)[0]
+        if attribute in _SHARES and not 0 <= value <= 1:
+            self.note(f"{key} {value:g} is brought into the range 0 to 1")
+            value = min(max(value, 0.0), 1.0)
+        self.store(attribute, value)
+
+    def integer(self, line, key):
+        value = self.numbers(line, 1)[0]
+        if value != int(value):
+            raise self.error(_indent(line), f"{key} takes a whole number")
+        if key == "#REFLECTION" and not 0 <= value <= 8:
+            raise self.error(_indent(line), "#REFLECTION takes 0 to 8")
+        self.store(_INTEGERS[key], int(value))
+
+    def texture(self, line, rest):
+        words = [(m.start(), m.group()) for m in re.finditer(r"\S+", rest)]
+        shift = line.index(rest)
+        given, at = {}, 0
+        while at < len(words) and words[at][1] in _MAP_OPTIONS:
+            option, at = words[at][1], at + 1
+            values = []
+            while at < len(words) - 1 and len(values) < _MAP_OPTIONS[option]:
+                if values and not _NUMBER.fullmatch(words[at][1]):
+                    break
+                values.append((shift + words[at][0], words[at][1]))
+                at += 1
+            given[option] = values
+        if at == len(words):
+            raise self.error(_indent(line), "no file name")
+        return TextureMap(rest[words[at][0] :], **self.options(given))
+
+    def options(self, given):
+        result = {}
+        for option, values in given.items():
+            if option in ("-s", "-o"):
+                default = 1.0 if option == "-s" else 0.0
+                numbers = [self.parse(*value) for value in values]
+                numbers += [default] * (3 - len(numbers))
+                result["scale" if option == "-s" else "offset"] = tuple(numbers)
+            elif option == "-bm" and values:
+                result["bump_multiplier"] = self.parse(*values[0])
+            elif option == "-clamp" and values:
+                result["clamp"] = values[0][1] == "on"
+            else:
+                self.note(f"option {option!r} is ignored")
+        return result
+
+    def numbers(self, line, count):
+        """The first numbers after the keyword; anything after them is noted."""
+        words = [(m.start(), m.group()) for m in re.finditer(r"\S+", line)]
+        if len(words) <= count:
+            message = f"{words[0][1]} with {len(words) - 1} of {count} numbers"
+            raise self.error(words[0][0], message)
+        if len(words) > count + 1 and not words[count + 1][1].startswith("#"):
+            self.note(f"{' '.join(w for _, w in words[count + 1 :])!r} is ignored")
+        return [self.parse(*word) for word in words[1 : count + 1]]
+
+    def parse(self, offset, word):
+        if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
+            raise self.error(offset, f"{word!r} is not a finite number")
+        return float(word)
+
+    def note(self, text):
+        self.found.notes.append((self.number, text))
+
+    def store(self, attribute, value):
+        setattr(self.material, attribute, value)
+        self.material.lines[attribute] = self.number
+
+    def error(self, offset, message):
+        return MtlError(self.path, self.number, offset + 1, message)
