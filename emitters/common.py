@@ -62,3 +62,16 @@ def sample_spectrum(texture, si, sample, active):
     """
     shifted = mi.sample_shifted(sample) if mi.is_spectral else dr.zeros(mi.Color0f)
     return texture.sample_spectrum(si, shifted, active)
+
+
+def sample_side(sample):
+    """Spend a bit of the variate `sample.x` on a side; returns the renewed variate and ±1."""
+    front = sample.x < 0.5
+    x = dr.select(front, 2.0 * sample.x, 2.0 * sample.x - 1.0)
+    return mi.Point2f(x, sample.y), dr.select(front, mi.Float(1.0), -1.0)
+
+
+def spawn_ray(p, n, d, time, wavelengths):
+    """Ray that leaves the surface point `p` towards `d`, on the side of the normal `n`."""
+    margin = mi.math.RayEpsilon * (1.0 + dr.max(dr.abs(p)))
+    return mi.Ray3f(dr.fma(margin, n, p), d, time, wavelengths)

@@ -1,0 +1,266 @@
+r"""Image-based light on a sphere (`ibldome`)
+==========================================
+
+| name         | type    | meaning                                                              |
+|--------------|---------|----------------------------------------------------------------------|
+| `filename`   | string  | image file that `mi.Bitmap` reads                                    |
+| `bitmap`     | bitmap  | instead of it: a `mi.Bitmap`                                         |
+| `raw`        | boolean | take 8-bit values as linear, without sRGB decoding (default false)   |
+| `scale`      | float   | factor on the radiance (default 1)                                   |
+| `map`        | string  | how the image covers the sphere: `transposed` (default), `panoramic`, `angular`, `angular_mirrored`, `equirectangular`, `hemisphere`; see `emitters/domemaps.py` |
+| `hemisphere` | boolean | only the upper half, y at or above the centre, shines (default false) |
+
+Attached to a `sphere`, the emitter gives the point :math:`p` of it the radiance
+
+.. math::
+    L(p) = \mathrm{scale} \cdot \mathrm{texel}\left(\mathrm{map}\left(\frac{p - c}{R}\right)\right)
+
+in all directions: inwards, as a surrounding with its parallax kept, and outwards. The texel is the
+nearest one and the formula of the map is evaluated where the ray hits, without any resampling.
+The transform of the sphere moves and scales the dome but does not turn the image. Give the sphere
+a black BSDF, so that paths end on it. Source: section 11.5 of the scene language, legacy manual
+"IBL".
+
+Emitter sampling picks a texel with the probability
+
+.. math::
+    P_{ij} \propto Y_{ij}\,\Omega_{ij}
+
+(:math:`Y` its luminance, :math:`\Omega` its solid angle seen from the centre) and a point
+uniformly in the texel's :math:`(u, v)`. With :math:`N` texels the density per solid angle from a
+shading point :math:`x` is
+
+.. math::
+    p(\omega) = P_{ij}\,N\,\left|\frac{\partial(u, v)}{\partial\omega_c}\right|
+                \frac{|x - p|^2}{R^2\,|\cos\vartheta_p|}
+
+A single texel of extreme radiance, such as the sun, is thus found as often as it matters.
+
+A stock sphere is intersected in single precision. For domes beyond about ten thousand times the
+size of the scene use an `envmap`, for which `emitters.domemaps.resample_to_latlong` prepares the
+image.
+
+.. code-block:: python
+
+    {'type': 'sphere', 'center': [0, 0, 0], 'radius': 600,
+     'bsdf': {'type': 'diffuse', 'reflectance': 0},
+     'light': {'type': 'ibldome', 'filename': 'probe.hdr', 'map': 'angular', 'scale': 2.0}}
+"""  # noqa: E501
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from emitters.common import sample_side, spawn_ray
+from emitters.domemaps import cell_solid_angles, find_map, texel
+from registration import on_every_variant
+
+
+def read_image(props):
+    """RGB image, shape (h, w, 3), float32, from the parameters `filename` or `bitmap`."""
+    if ("filename" in props) == ("bitmap" in props):
+        raise ValueError("ibldome: give either filename or bitmap")
+    if "filename" in props:
+        bitmap = mi.Bitmap(str(mi.file_resolver().resolve(props["filename"])))
+    else:
+        bitmap = mi.Bitmap(props["bitmap"])
+    if props.get("raw", False):
+        bitmap.set_srgb_gamma(False)
+    rgb = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
+    return np.array(rgb, dtype=np.float32)
+
+
+def spectral_texels(image):
+    """What the kernel gathers: RGB, or in spectral variants sRGB model coefficients and a scale.
+
+    The conversion to coefficients is the stock envmap's.
+    """
+    if mi.is_rgb:
+        return image
+    if mi.is_monochromatic:
+        return np.array(mi.luminance(mi.Color3f(image.reshape(-1, 3).T))).reshape(image.shape[:2])
+    h, w = image.shape[:2]
+    padded = np.pad(image, ((0, max(0, 3 - h)), (0, max(0, 2 - w)), (0, 0)), mode="edge")
+    converted = mi.load_dict({"type": "envmap", "bitmap": mi.Bitmap(padded)})
+    return np.array(mi.traverse(converted)["data"])[:h, 1 : 1 + w]
+
+
+def define():
+    class IblDome(mi.Emitter):
+        def __init__(self, props):
+            mi.Emitter.__init__(self, props)
+            if "to_world" in props:
+                raise ValueError("ibldome: the shape has the transform, not the light")
+            self.m_flags = int(mi.EmitterFlags.Surface) | int(mi.EmitterFlags.SpatiallyVarying)
+            self.map_name = props.get("map", "transposed")
+            self.map = find_map(self.map_name)
+            self.hemisphere = props.get("hemisphere", False)
+            self.scale = mi.Float(props.get("scale", 1.0))
+            image = read_image(props)
+            self.data = mi.TensorXf(np.atleast_3d(spectral_texels(image)))
+            self.d65 = mi.load_dict({"type": "d65"})
+            self.sphere_box = None
+            self._prepare_sampling(image)
+
+        def _prepare_sampling(self, image):
+            """Distribution over the texels; `image` has shape (h, w, 3)."""
+            if not np.all(np.isfinite(image) & (image >= 0.0)):
+                raise ValueError("ibldome: the image has negative or undefined values")
+            self.height, self.width = image.shape[:2]
+            self.columns, self.rows = max(self.width - 1, 1), max(self.height - 1, 1)
+            luminance = image.astype(np.float64) @ [0.212671, 0.715160, 0.072169]
+            weight = luminance[::-1][: self.rows, : self.columns] * cell_solid_angles(
+                self.map, self.width, self.height, self.hemisphere
+            )
+            self.is_black = not weight.max() > 0.0
+            if self.is_black:
+                weight = np.ones_like(weight)
+            weight /= weight.sum()
+            self.texels = mi.DiscreteDistribution2D(weight.astype(np.float32))
+            dr.make_opaque(self.scale)
+
+        def _sphere(self):
+            """Centre and radius of the shape, as opaque values."""
+            shape = self.get_shape()
+            if shape is None or shape.shape_type() != int(mi.ShapeType.Sphere):
+                raise RuntimeError("ibldome must be attached to a sphere")
+            box = shape.bbox()
+            if self.sphere_box is None or box != self.sphere_box:
+                self.sphere_box = box
+                centre = 0.5 * (np.array(box.min) + np.array(box.max))
+                self.centre = mi.Point3f(*(dr.opaque(mi.Float, float(x)) for x in centre))
+                self.radius = dr.opaque(mi.Float, 0.5 * float(box.max.x - box.min.x))
+            return self.centre, self.radius
+
+        def _normal(self, p):
+            return dr.normalize(p - self._sphere()[0])
+
+        def _texel_radiance(self, n, column, row, wavelengths, active):
+            if self.hemisphere:
+                active = active & (n.y >= 0.0)
+            index = row * self.width + column
+            if mi.is_spectral:
+                c = dr.gather(mi.Vector4f, self.data.array, index, active)
+                si = dr.zeros(mi.SurfaceInteraction3f)
+                si.wavelengths = wavelengths
+                value = mi.srgb_model_eval(c.xyz, wavelengths) * c.w * self.d65.eval(si, active)
+            else:
+                value = dr.gather(mi.UnpolarizedSpectrum, self.data.array, index, active)
+            return dr.select(active, value * self.scale, 0.0)
+
+        def _radiance(self, p, wavelengths, active):
+            n = self._normal(p)
+            column, row = texel(self.map.to_uv(n), self.width, self.height)
+            return self._texel_radiance(n, column, row, wavelengths, active)
+
+        def _density(self, n, column, row, active):
+            """Density of the sampled direction n from the centre, per solid angle."""
+            cell = mi.Point2u(
+                dr.minimum(column, self.columns - 1),
+                dr.minimum(self.height - 1 - row, self.rows - 1),
+            )
+            pdf = self.texels.pdf(cell, active) * (self.rows * self.columns) * self.map.density(n)
+            if self.hemisphere:
+                return dr.select(n.y >= 0.0, pdf, 0.0)
+            return 0.5 * pdf if self.map_name == "hemisphere" else pdf
+
+        def _sample(self, sample, active):
+            """Direction from the centre, its texel and its density per solid angle (0: none)."""
+            if self.map_name == "hemisphere" and not self.hemisphere:
+                sample, half = sample_side(sample)
+            else:
+                half = mi.Float(1.0)
+            cell, _, offset = self.texels.sample(sample, active)
+            uv = mi.Point2f(
+                (mi.Float(cell.x) + offset.x) / self.columns,
+                (mi.Float(cell.y) + offset.y) / self.rows,
+            )
+            n = self.map.to_direction(uv)
+            n.y *= half
+            column, row = cell.x, self.height - 1 - cell.y
+            shown = active & dr.isfinite(n.x) & dr.isfinite(n.y)
+            if self.is_black:
+                shown &= False
+            pdf = dr.select(shown, self._density(n, column, row, shown), 0.0)
+            return dr.select(shown, n, mi.Vector3f(0, 1, 0)), column, row, pdf
+
+        def sample_direction(self, it, sample, active=True):
+            centre, radius = self._sphere()
+            n, column, row, pdf = self._sample(mi.Point2f(sample), mi.Mask(active))
+            ds = dr.zeros(mi.DirectionSample3f)
+            ds.p = dr.fma(radius, n, centre)
+            ds.n = mi.Normal3f(n)
+            ds.time = it.time
+            ds.d = ds.p - it.p
+            ds.dist = dr.norm(ds.d)
+            ds.d /= ds.dist
+            ds.emitter = mi.EmitterPtr(self)
+            projected = dr.square(radius) * dr.abs(dr.dot(ds.d, n))
+            ds.pdf = dr.select(projected > 0.0, pdf * dr.square(ds.dist) / projected, 0.0)
+            usable = active & (ds.pdf > 0.0)
+            value = self._texel_radiance(n, column, row, it.wavelengths, usable) / ds.pdf
+            return ds, mi.depolarizer(dr.select(usable, value, 0.0))
+
+        def pdf_direction(self, it, ds, active=True):
+            if self.is_black:
+                return mi.Float(0.0)
+            _, radius = self._sphere()
+            n = self._normal(ds.p)
+            column, row = texel(self.map.to_uv(n), self.width, self.height)
+            pdf = self._density(n, column, row, active)
+            projected = dr.square(radius) * dr.abs(dr.dot(ds.d, n))
+            usable = active & (projected > 0.0)
+            return dr.select(usable, pdf * dr.square(ds.dist) / projected, 0.0)
+
+        def eval_direction(self, it, ds, active=True):
+            return mi.depolarizer(self._radiance(ds.p, it.wavelengths, active))
+
+        def eval(self, si, active=True):
+            return mi.depolarizer(self._radiance(si.p, si.wavelengths, active))
+
+        def sample_position(self, time, sample, active=True):
+            centre, radius = self._sphere()
+            sample, side = sample_side(sample)
+            n, _, _, pdf = self._sample(sample, mi.Mask(active))
+            ps = dr.zeros(mi.PositionSample3f)
+            ps.p = dr.fma(radius, n, centre)
+            ps.n = mi.Normal3f(side * n)
+            ps.time = time
+            ps.pdf = 0.5 * pdf / dr.square(radius)
+            return ps, dr.select(ps.pdf > 0.0, dr.rcp(ps.pdf), 0.0)
+
+        def sample_wavelengths(self, si, sample, active=True):
+            if not mi.is_spectral:
+                return dr.zeros(mi.Ray3f).wavelengths, self._radiance(si.p, si.wavelengths, active)
+            wavelengths, weight = mi.sample_rgb_spectrum(mi.sample_shifted(sample))
+            return wavelengths, weight * self._radiance(si.p, wavelengths, active)
+
+        def sample_ray(self, time, sample1, sample2, sample3, active=True):
+            ps, area = self.sample_position(time, sample2, active)
+            si = mi.SurfaceInteraction3f(ps, dr.zeros(mi.Ray3f).wavelengths)
+            wavelengths, weight = self.sample_wavelengths(si, sample1, active)
+            d = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
+            weight *= dr.pi * area
+            return spawn_ray(ps.p, ps.n, d, time, wavelengths), mi.depolarizer(weight)
+
+        def bbox(self):
+            return self.get_shape().bbox()
+
+        def traverse(self, cb):
+            super().traverse(cb)
+            cb.put("scale", self.scale, mi.ParamFlags.Differentiable)
+            if mi.is_rgb:
+                cb.put("data", self.data, mi.ParamFlags.Differentiable)
+
+        def parameters_changed(self, keys):
+            dr.make_opaque(self.scale)
+            if "data" in keys:
+                self._prepare_sampling(np.array(self.data))
+
+        def to_string(self):
+            return f"IblDome[{self.width} x {self.height}, map = {self.map_name}]"
+
+    mi.register_emitter("ibldome", IblDome)
+
+
+on_every_variant(define)

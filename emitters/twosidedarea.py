@@ -1,0 +1,147 @@
+r"""Area light that shines on both sides (`twosidedarea`)
+======================================================
+
+| name       | type                | meaning                                                   |
+|------------|---------------------|-----------------------------------------------------------|
+| `radiance` | spectrum or texture | radiance :math:`L_e` of the surface, either side (default 1) |
+
+Attached to any shape, it makes every point of it emit :math:`L_e` into the whole sphere of
+directions, as the legacy language has it for hemispheres and infinite planes with emission, and
+for images put on planes and meshes as light. A closed lamp needs no second side: use `area` there.
+A lamp of area :math:`A` with constant radiance has the power :math:`2 \pi A L_e`.
+
+Emitter sampling draws points on the shape as the shape itself does it, by solid angle where it
+can. Where `radiance` is a texture, shapes other than meshes are sampled by it: nine in ten points
+follow the texture's own density over :math:`(u, v)`, one is uniform there, so that no part of the
+shape is missed even if the texture is transformed. Meshes are sampled by area, since nothing
+promises that their :math:`(u, v)` cover the image once.
+
+.. code-block:: python
+
+    {'type': 'rectangle',
+     'light': {'type': 'twosidedarea', 'radiance': {'type': 'rgb', 'value': [5, 4, 3]}}}
+"""
+
+import drjit as dr
+import mitsuba as mi
+
+from emitters.common import sample_side, sample_spectrum, spawn_ray
+from registration import on_every_variant
+
+BY_TEXTURE = 0.9
+
+
+def define():
+    class TwoSidedArea(mi.Emitter):
+        def __init__(self, props):
+            mi.Emitter.__init__(self, props)
+            if "to_world" in props:
+                raise ValueError("twosidedarea: the shape has the transform, not the light")
+            self.radiance = props.get_emissive_texture("radiance", 1.0)
+            self._set_flags()
+
+        def _set_flags(self):
+            flags = int(mi.EmitterFlags.Surface)
+            if self.radiance.is_spatially_varying():
+                flags |= int(mi.EmitterFlags.SpatiallyVarying)
+            self.m_flags = flags
+
+        def _follows_texture(self):
+            return self.radiance.is_spatially_varying() and not self.get_shape().is_mesh()
+
+        def _uv_pdf(self, uv, active):
+            return BY_TEXTURE * self.radiance.pdf_position(uv, active) + (1.0 - BY_TEXTURE)
+
+        def _sample_uv(self, sample, active):
+            """Point on the shape, sampled by the texture, with its density per area."""
+            textured = sample.x < BY_TEXTURE
+            x = dr.select(textured, sample.x, sample.x - BY_TEXTURE)
+            x /= dr.select(textured, BY_TEXTURE, 1.0 - BY_TEXTURE)
+            uv = mi.Point2f(x, sample.y)
+            uv = dr.select(textured, self.radiance.sample_position(uv, active)[0], uv)
+            si = self.get_shape().eval_parameterization(uv, mi.RayFlags.All, active)
+            area = dr.norm(dr.cross(si.dp_du, si.dp_dv))
+            pdf = self._uv_pdf(uv, active) / area
+            return si, dr.select(active & si.is_valid() & (area > 0.0), pdf, 0.0)
+
+        def sample_direction(self, it, sample, active=True):
+            if self._follows_texture():
+                si, pdf = self._sample_uv(sample, active)
+                ds = dr.zeros(mi.DirectionSample3f)
+                ds.p, ds.n, ds.uv, ds.time, ds.delta = si.p, si.n, si.uv, it.time, False
+                ds.d = ds.p - it.p
+                ds.dist = dr.norm(ds.d)
+                ds.d /= ds.dist
+                cos = dr.abs(dr.dot(ds.d, ds.n))
+                ds.pdf = dr.select(cos > 0.0, pdf * dr.square(ds.dist) / cos, 0.0)
+            else:
+                ds = self.get_shape().sample_direction(it, sample, active)
+            ds.emitter = mi.EmitterPtr(self)
+            usable = active & (ds.pdf > 0.0) & dr.isfinite(ds.pdf)
+            ds.pdf = dr.select(usable, ds.pdf, 0.0)
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            value = self.radiance.eval(si, usable) / ds.pdf
+            return ds, mi.depolarizer(dr.select(usable, value, 0.0))
+
+        def pdf_direction(self, it, ds, active=True):
+            shape = self.get_shape()
+            if not self._follows_texture():
+                return shape.pdf_direction(it, ds, active)
+            si = shape.eval_parameterization(ds.uv, mi.RayFlags.dPdUV, active)
+            projected = dr.norm(dr.cross(si.dp_du, si.dp_dv)) * dr.abs(dr.dot(ds.d, ds.n))
+            pdf = self._uv_pdf(ds.uv, active) * dr.square(ds.dist) / projected
+            return dr.select(active & si.is_valid() & (projected > 0.0), pdf, 0.0)
+
+        def eval_direction(self, it, ds, active=True):
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            return mi.depolarizer(self.radiance.eval(si, active))
+
+        def eval(self, si, active=True):
+            return mi.depolarizer(self.radiance.eval(si, active))
+
+        def sample_position(self, time, sample, active=True):
+            sample, side = sample_side(sample)
+            if self._follows_texture():
+                si, pdf = self._sample_uv(sample, active)
+                ps = dr.zeros(mi.PositionSample3f)
+                ps.p, ps.n, ps.uv, ps.time, ps.pdf = si.p, si.n, si.uv, time, pdf
+            else:
+                ps = self.get_shape().sample_position(time, sample, active)
+            ps.n *= side
+            ps.pdf *= 0.5
+            return ps, dr.select(active & (ps.pdf > 0.0), dr.rcp(ps.pdf), 0.0)
+
+        def pdf_position(self, ps, active=True):
+            if not self._follows_texture():
+                return 0.5 * self.get_shape().pdf_position(ps, active)
+            si = self.get_shape().eval_parameterization(ps.uv, mi.RayFlags.dPdUV, active)
+            return 0.5 * self._uv_pdf(ps.uv, active) / dr.norm(dr.cross(si.dp_du, si.dp_dv))
+
+        def sample_wavelengths(self, si, sample, active=True):
+            return sample_spectrum(self.radiance, si, sample, active)
+
+        def sample_ray(self, time, sample1, sample2, sample3, active=True):
+            ps, area = self.sample_position(time, sample2, active)
+            si = mi.SurfaceInteraction3f(ps, dr.zeros(mi.Ray3f).wavelengths)
+            wavelengths, weight = sample_spectrum(self.radiance, si, sample1, active)
+            d = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
+            weight *= dr.pi * area
+            return spawn_ray(ps.p, ps.n, d, time, wavelengths), mi.depolarizer(weight)
+
+        def bbox(self):
+            return self.get_shape().bbox()
+
+        def traverse(self, cb):
+            super().traverse(cb)
+            cb.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
+
+        def parameters_changed(self, keys):
+            self._set_flags()
+
+        def to_string(self):
+            return f"TwoSidedArea[radiance = {self.radiance}]"
+
+    mi.register_emitter("twosidedarea", TwoSidedArea)
+
+
+on_every_variant(define)
