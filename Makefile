@@ -1,23 +1,34 @@
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
-STAMP  := $(VENV)/.relume-ready
+PINS   := pyproject.toml constraints.txt
+READY  := $(VENV)/.ready
+STATE   = { pwd; cat $(PINS); }
 
-.PHONY: setup demo test lint clean
+.PHONY: setup install demo test lint clean
 
-setup: $(STAMP)
+# Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
+setup:
+	@$(BIN)/python -c '' 2>/dev/null && $(STATE) | cmp -s - $(READY) \
+	    || $(MAKE) --no-print-directory install
 
-$(STAMP): pyproject.toml constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+# A finished set-up is brought up to date; a half-made, moved or broken one is made anew.
+install:
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit( \
+	    "relume needs Python 3.10 to 3.13, this is %d.%d: make PYTHON=python3.13" % v)'
+	@echo "Setting up $(VENV)"
+	@$(BIN)/python -c '' 2>/dev/null && test "$$(head -n 1 $(READY) 2>/dev/null)" = "$$(pwd)" \
+	    || $(PYTHON) -m venv --clear $(VENV)
+	@rm -f $(READY)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	    --constraint constraints.txt --editable '.[test]'
-	touch $@
+	@$(BIN)/python -c 'import relume'
+	@$(STATE) > $(READY)
 
 demo: setup
 	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png
 
-test: setup
-	$(BIN)/ruff check .
+test: lint
 	$(BIN)/python -m pytest
 
 lint: setup
