@@ -1,0 +1,86 @@
+"""The set-up: every package pinned, one statement of versions, nothing to do the second time."""
+
+import importlib.metadata
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from relume import llvm
+
+ROOT = Path(__file__).parents[2]
+
+
+def needed(name, extras=()):
+    """Yield the requirements that hold here of a distribution, and of those in turn."""
+    for text in importlib.metadata.requires(name) or ():
+        requirement = Requirement(text)
+        environments = [{"extra": extra} for extra in ("", *extras)]
+        marker = requirement.marker
+        if marker is None or any(marker.evaluate(environment) for environment in environments):
+            yield requirement
+            yield from needed(requirement.name)
+
+
+def test_all_that_is_needed_is_pinned():
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = [Requirement(line) for line in lines if line and not line.startswith("#")]
+    pinned = {
+        canonicalize_name(pin.name): pin.specifier
+        for pin in pins
+        if pin.marker is None or pin.marker.evaluate()
+    }
+    names = {canonicalize_name(requirement.name) for requirement in needed("relume", ["test"])}
+    assert names - pinned.keys() <= {"pip"}
+    for name in names - {"pip"}:
+        assert importlib.metadata.version(name) in pinned[name], name
+
+
+def test_the_windows_checked_at_start_are_those_of_the_package():
+    declared = {requirement.name: requirement for requirement in needed("relume")}
+    for package, (oldest, end) in llvm.WINDOWS.items():
+        specifier = declared[package].specifier
+        assert llvm.dotted(oldest) in specifier and llvm.dotted(end) not in specifier
+        assert f"{llvm.dotted(oldest)}.99" in specifier
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A checkout that looks set up; `PYTHON=false` makes any further set-up fail at once."""
+    if not shutil.which("make"):
+        pytest.skip("no make")
+    for name in ("Makefile", "pyproject.toml", "constraints.txt"):
+        shutil.copy(ROOT / name, tmp_path)
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    (tmp_path / ".venv" / "bin" / "python").symlink_to("/bin/true")
+    pins = (tmp_path / "pyproject.toml").read_text() + (tmp_path / "constraints.txt").read_text()
+    (tmp_path / ".venv" / ".ready").write_text(f"{tmp_path}\n{pins}")
+    return tmp_path
+
+
+def make_setup(directory):
+    command = ["make", "--no-print-directory", "setup", "PYTHON=false"]
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("MA")}
+    return subprocess.run(command, cwd=directory, env=environment, capture_output=True, text=True)
+
+
+def test_a_second_set_up_does_nothing(checkout):
+    run = make_setup(checkout)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("change", ["pins", "interpreter", "unfinished", "moved"])
+def test_what_makes_a_set_up_stale(checkout, change):
+    if change == "pins":
+        (checkout / "constraints.txt").write_text("numpy==2.0.0\n")
+    elif change == "interpreter":
+        (checkout / ".venv" / "bin" / "python").unlink()
+    elif change == "unfinished":
+        (checkout / ".venv" / ".ready").unlink()
+    else:
+        checkout = checkout.rename(checkout.with_name("elsewhere"))
+    assert make_setup(checkout).returncode != 0
