@@ -54,8 +54,8 @@ def read_pixels(data):
         rgbe = rgbe[::-1]
     if "-X" in (outer, inner):
         rgbe = rgbe[:, ::-1]
-    scale = np.where(rgbe[..., 3] > 0, np.ldexp(_ONE, rgbe[..., 3].astype(np.int32) - 136), 0 * _ONE)
-    return rgbe[..., :3] * scale[..., None]
+    exponents = rgbe[..., 3:].astype(np.int32)
+    return rgbe[..., :3] * np.ldexp(_ONE, exponents - 136) * (exponents > 0)
 
 
 def _scanlines(data, at, count, length):
