@@ -166,9 +166,9 @@ def _remember(key, answer):
     file = cache_file()
     try:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(handle, "w") as stream:
-            json.dump(_read() | {key: answer}, stream, indent=1)
-        os.replace(temporary, file)
+        with tempfile.TemporaryDirectory(dir=file.parent) as directory:
+            fresh = Path(directory, file.name)
+            fresh.write_text(json.dumps(_read() | {key: answer}, indent=1))
+            os.replace(fresh, file)
     except OSError:
         return
