@@ -145,14 +145,14 @@ def furnace():
 def assert_valid():
     """Assert that everything a material returns is finite and not negative, ends included."""
 
-    def check(bsdf, at):
+    def check(bsdf, at, ctx=None):
         cos = np.array([0, 1e-30, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 0.5, 1, -1e-6, -0.5, -1])
         phi = np.array([0, 0.5, 1.0, 2.0, np.pi])
         z, p = (x.ravel() for x in np.meshgrid(cos, phi))
         sin = np.sqrt(1 - z * z)
         w = np.stack([sin * np.cos(p), sin * np.sin(p), z], axis=1).astype(np.float32)
         i, j = (x.ravel() for x in np.meshgrid(np.arange(len(w)), np.arange(len(w))))
-        si, ctx = at(w[i]), mi.BSDFContext()
+        si, ctx = at(w[i]), ctx or mi.BSDFContext()
         wo = mi.Vector3f(w[j].T)
         results = [*bsdf.eval_pdf(ctx, si, wo)]
         u = np.array([0, 1e-7, 0.25, 0.5, 0.9, 1 - 2.0**-24], dtype=np.float32)
