@@ -210,7 +210,7 @@ def resample_to_latlong(image, name, height=None, samples=3):
     Returns:
         float32 array of shape (height, 2 height, 3) in the layout of `envmap` without `to_world`:
         rows from +Y to -Y with a row at each pole, the first column centred half a texel after
-        +Z, growing towards +X.
+        -Z, growing towards +X.
 
     Raises:
         ValueError: there is no such map.
@@ -228,7 +228,7 @@ def resample_to_latlong(image, name, height=None, samples=3):
             s, c = dr.sincos(dr.two_pi * (j + (a + 0.5) / samples) / columns)
             theta = dr.pi * (i + (b + 0.5) / samples - 0.5) / (rows - 1)
             sine, cosine = dr.sincos(dr.clip(theta, 0.0, dr.pi))
-            n = mi.Vector3f(sine * s, cosine, sine * c)
+            n = mi.Vector3f(sine * s, cosine, -sine * c)
             column, row = texel(dome_map.to_uv(n), w, h)
             colour = dr.gather(mi.Color3f, texels, row * w + column)
             result += np.array(colour).T

@@ -122,7 +122,7 @@ def define():
         def _sphere(self):
             """Centre and radius of the shape, as opaque values."""
             shape = self.get_shape()
-            if shape is None or shape.shape_type() != int(mi.ShapeType.Sphere):
+            if shape is None or shape.shape_type() != mi.ShapeType.Sphere.value:
                 raise RuntimeError("ibldome must be attached to a sphere")
             box = shape.bbox()
             if self.sphere_box is None or box != self.sphere_box:

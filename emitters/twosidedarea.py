@@ -47,7 +47,8 @@ def define():
             self.m_flags = flags
 
         def _follows_texture(self):
-            return self.radiance.is_spatially_varying() and not self.get_shape().is_mesh()
+            is_mesh = self.get_shape().shape_type() == mi.ShapeType.Mesh.value
+            return self.radiance.is_spatially_varying() and not is_mesh
 
         def _uv_pdf(self, uv, active):
             return BY_TEXTURE * self.radiance.pdf_position(uv, active) + (1.0 - BY_TEXTURE)

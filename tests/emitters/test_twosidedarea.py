@@ -1,0 +1,299 @@
+"""The twosidedarea emitter on every kind of shape, against closed forms and particle tracing."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+L, RHO = 3.0, 0.5
+
+
+def light(radiance=L):
+    return {"type": "twosidedarea", "radiance": radiance}
+
+
+def bitmap(image):
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(np.asarray(image, dtype=np.float32)),
+        "raw": True,
+        "filter_type": "nearest",
+    }
+
+
+def black():
+    return {"type": "diffuse", "reflectance": 0.0}
+
+
+def plate(at, normal, size=0.05):
+    """Lambert rectangle around `at` that faces `normal`."""
+    to_world = mi.ScalarTransform4f().look_at(
+        origin=list(at), target=list(np.add(at, normal)), up=[0.12, 0.2, 0.97]
+    )
+    return {
+        "type": "rectangle",
+        "to_world": to_world @ mi.ScalarTransform4f().scale(size),
+        "bsdf": {"type": "diffuse", "reflectance": RHO},
+    }
+
+
+def seen_plate(shape, at, normal, spot_meter, integrator="path"):
+    """Scene in which the sensor sees the plate; it reflects RHO E / pi."""
+    side = np.cross(normal, [0.3, 0.5, 0.81])
+    eye = np.add(at, 0.05 * np.asarray(normal) + 0.05 * side)
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": integrator, "max_depth": 2},
+            "lamp": shape,
+            "plate": plate(at, normal),
+            "sensor": {**spot_meter(eye, at), "near_clip": 1e-4},
+        }
+    )
+
+
+@pytest.mark.parametrize("integrator", ["path", "volpath"])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_disk_lights_both_sides(side, integrator, measure, agrees, spot_meter):
+    """E = pi L a^2 / (a^2 + h^2) on the axis of a disk of radius a at the distance h."""
+    a, h = 1.5, 1.0
+    disk = {
+        "type": "disk",
+        "to_world": mi.ScalarTransform4f().scale(a),
+        "bsdf": black(),
+        "light": light(),
+    }
+    scene = seen_plate(disk, [0, 0, side * h], [0, 0, -side], spot_meter, integrator)
+    agrees(measure(scene, spp=2048, runs=16), RHO * L * a**2 / (a**2 + h**2))
+
+
+def test_sphere_from_outside(measure, agrees, spot_meter):
+    """E = pi L R^2 / D^2 facing a sphere of radius R whose centre is at the distance D."""
+    sphere = {"type": "sphere", "radius": 1.0, "bsdf": black(), "light": light()}
+    scene = seen_plate(sphere, [0, 0, 3.0], [0, 0, -1], spot_meter)
+    agrees(measure(scene, spp=2048, runs=16), RHO * L / 9.0)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cube", "cylinder"])
+def test_furnace_inside(shape, measure, agrees, spot_meter):
+    """E = pi L inside a closed lamp, whatever its shape; the cube is a mesh.
+
+    The cylinder is long: its open ends cover less than 1e-4 of the plate's cosine-weighted sky.
+    """
+    to_world = mi.ScalarTransform4f().scale(2.0)
+    if shape == "cylinder":
+        to_world = mi.ScalarTransform4f().translate([0, 0, -500]).scale([1, 1, 1000])
+    lamp = {"type": shape, "to_world": to_world, "bsdf": black(), "light": light()}
+    scene = seen_plate(lamp, [0.2, 0.3, 0.1], [0, 1, 0], spot_meter)
+    agrees(measure(scene, spp=4096, runs=16), RHO * L)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_wide_plane(side, measure, agrees, spot_meter):
+    """E = pi L above and below a plane without end (a square 20000 times the distance)."""
+    plane = {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f().scale(1e4),
+        "bsdf": black(),
+        "light": light(),
+    }
+    scene = seen_plate(plane, [0, 0, side], [0, 0, -side], spot_meter)
+    agrees(measure(scene, spp=4096, runs=16), RHO * L)
+
+
+def half_sky(shape):
+    """A sphere of which a 2 x 1 texture leaves half dark, and the pole of the bright half."""
+    if shape == "around x":
+        return bitmap([[[1.0] * 3, [0.0] * 3]]), [0, 1, 0]
+    return bitmap([[[0.0] * 3], [[1.0] * 3]]), [0, 0, 1]
+
+
+@pytest.mark.parametrize("shape", ["around x", "around z"])
+def test_textured_sphere(shape, measure, agrees, spot_meter):
+    """Half a bright sky: the plate's irradiances facing its pole and away from it are pi and 0.
+
+    The texture's values are spread over the sphere by (u, v); the seam may be shifted by at most
+    half a texel of float32, so the sum of both sides is pi too.
+    """
+    radiance, pole = half_sky(shape)
+    sphere = {"type": "sphere", "radius": 2.0, "bsdf": black(), "light": light(radiance)}
+    values = []
+    for sign in (1.0, -1.0):
+        scene = seen_plate(sphere, [0, 0, 0], np.multiply(sign, pole), spot_meter)
+        values.append(measure(scene, spp=4096, runs=16))
+    bright, dark = sorted(values, key=lambda v: -v[0].mean())
+    agrees(bright, RHO * 1.0)
+    assert dark[0].max() < 1e-3 * bright[0].max()
+
+
+@pytest.mark.parametrize("shape", ["rectangle", "disk", "sphere"])
+def test_sampling_density_of_textured_shapes(shape):
+    """The density integrates to 1 over directions and is the one the samples come with.
+
+    From a point 1 above the shape: 400000 uniform directions, within 3 standard errors.
+    """
+    image = np.random.default_rng(1).random((5, 7, 3))
+    image[1, 2] = 50.0
+    scene = mi.load_dict({"type": "scene", "lamp": {"type": shape, "light": light(bitmap(image))}})
+    emitter = scene.emitters()[0]
+    it = dr.zeros(mi.SurfaceInteraction3f)
+    it.p = mi.Point3f(0.1, 0.2, 0.8 if shape == "sphere" else 1.0) * 0.5
+    w = np.random.default_rng(2).normal(size=(3, 400000))
+    w = mi.Vector3f((w / np.linalg.norm(w, axis=0)).astype(np.float32))
+    si = scene.ray_intersect(mi.Ray3f(it.p, w))
+    ds = mi.DirectionSample3f(scene, si, it)
+    pdf = dr.select(si.is_valid(), emitter.pdf_direction(it, ds, si.is_valid()), 0)
+    pdf = np.array(pdf) * 4 * np.pi
+    assert abs(pdf.mean() - 1.0) < 3.0 * pdf.std() / np.sqrt(pdf.size)
+    variates = np.random.default_rng(3).random((2, 20000)).astype(np.float32)
+    ds, value = emitter.sample_direction(it, mi.Point2f(variates))
+    same = np.isclose(np.array(emitter.pdf_direction(it, ds)), np.array(ds.pdf), rtol=1e-3)
+    assert same.mean() > 0.999
+    radiance = np.array(emitter.eval_direction(it, ds))
+    np.testing.assert_allclose(np.array(value * ds.pdf), radiance, rtol=1e-4)
+
+
+def test_bright_texel_is_found(measure):
+    """One texel in 64 x 64 carries the light: sampling by the texture beats sampling by area.
+
+    Variance of one sample a pixel against the same rectangle as a mesh, which is sampled by area:
+    at least 100 times lower.
+    """
+    image = np.zeros((64, 64, 3))
+    image[20, 40] = 1e5
+    floor = {**plate([0, 0, 2], [0, 0, -1], 1.0), "bsdf": {"type": "diffuse"}}
+    variances = []
+    for as_mesh in (False, True):
+        lamp = {"type": "rectangle", "bsdf": black(), "light": light(bitmap(image))}
+        if as_mesh:
+            rectangle = mi.load_dict({"type": "rectangle"})
+            mesh = mi.Mesh("lamp", 4, 2, has_vertex_texcoords=True, props=props_of(lamp))
+            params = mi.traverse(mesh)
+            u, v = mi.Float([0, 1, 1, 0]), mi.Float([0, 0, 1, 1])
+            si = rectangle.eval_parameterization(mi.Point2f(u, v))
+            params["vertex_positions"] = dr.ravel(si.p)
+            params["vertex_texcoords"] = dr.ravel(mi.Point2f(u, v))
+            params["faces"] = mi.UInt32([0, 1, 2, 0, 2, 3])
+            params.update()
+            lamp = mesh
+        scene = mi.load_dict(
+            {
+                "type": "scene",
+                "integrator": {"type": "path", "max_depth": 2},
+                "lamp": lamp,
+                "floor": floor,
+                "sensor": {
+                    "type": "perspective",
+                    "fov": 1.0,
+                    "to_world": mi.ScalarTransform4f().look_at(
+                        origin=[3, 0, 1], target=[0, 0, 2], up=[0, 0, 1]
+                    ),
+                    "film": {"type": "hdrfilm", "width": 32, "height": 32,
+                             "rfilter": {"type": "box"}},
+                },
+            }
+        )  # fmt: skip
+        picture = np.array(mi.render(scene, spp=64))[..., 0]
+        variances.append(picture.var() / picture.mean() ** 2)
+    assert variances[0] < 0.01 * variances[1], variances
+
+
+def props_of(lamp):
+    """`mi.Properties` with the lamp's BSDF and light, for a mesh made in memory."""
+    props = mi.Properties()
+    props["bsdf"] = mi.load_dict(lamp["bsdf"])
+    props["light"] = mi.load_dict(lamp["light"])
+    return props
+
+
+@pytest.mark.parametrize("radiance", ["constant", "texture"])
+def test_particles_and_paths_make_the_same_picture(radiance, measure):
+    """ptracer against path, two bounces and the lamp itself, seen from its back as well."""
+    image = np.random.default_rng(1).random((5, 7, 3))
+    t = mi.ScalarTransform4f()
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 3},
+            "lamp": {
+                "type": "rectangle",
+                "to_world": t.translate([0, 0.8, 0]).rotate([1, 0, 0], 60).scale(0.7),
+                "bsdf": black(),
+                "light": light(bitmap(image) if radiance == "texture" else 0.5),
+            },
+            "floor": {
+                "type": "rectangle",
+                "to_world": t.translate([0, -0.5, 0]).rotate([1, 0, 0], -90).scale(2),
+                "bsdf": {"type": "diffuse", "reflectance": 0.7},
+            },
+            "ceiling": {
+                "type": "rectangle",
+                "to_world": t.translate([0, 2, 0]).rotate([1, 0, 0], 90).scale(2),
+                "bsdf": {"type": "diffuse", "reflectance": 0.5},
+            },
+            "sensor": {
+                "type": "perspective",
+                "fov": 50,
+                "to_world": t.look_at(origin=[0, 0.7, 6], target=[0, 0.7, 0], up=[0, 1, 0]),
+                "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}},
+            },
+        }
+    )
+    p, ep = (x.mean() for x in measure(scene, spp=2048, runs=16))
+    q, eq = (
+        x.mean()
+        for x in measure(
+            scene, spp=1024, runs=16, integrator=mi.load_dict({"type": "ptracer", "max_depth": 3})
+        )
+    )
+    assert ep < 3e-3 * p and eq < 6e-3 * q, (ep / p, eq / q)
+    assert abs(p - q) < 3.0 * np.hypot(ep, eq), (p, q, ep, eq)
+
+
+def test_shines_where_a_stock_area_light_is_black(spot_meter):
+    """Looking at the back of a rectangle."""
+    values = []
+    for plugin in ("twosidedarea", "area"):
+        lamp = {"type": "rectangle", "bsdf": black(), "light": {"type": plugin, "radiance": L}}
+        scene = mi.load_dict(
+            {
+                "type": "scene",
+                "integrator": {"type": "path"},
+                "lamp": lamp,
+                "sensor": spot_meter([0.1, 0.2, -2], [0, 0, 0], up=(0, 1, 0)),
+            }
+        )
+        values.append(np.array(mi.render(scene, spp=4)).mean())
+    np.testing.assert_allclose(values, [L, 0])
+
+
+def test_parameters_follow_traverse(spot_meter):
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path"},
+            "lamp": {"type": "rectangle", "light": light({"type": "rgb", "value": 1.0})},
+            "sensor": spot_meter([0.1, 0.2, -2], [0, 0, 0], up=(0, 1, 0)),
+        }
+    )
+    params = mi.traverse(scene)
+    params["lamp.emitter.radiance.value"] = 7.0
+    params.update()
+    np.testing.assert_allclose(np.array(mi.render(scene, spp=4)).mean(), 7.0, rtol=1e-5)
+
+
+def test_to_world_is_refused():
+    with pytest.raises(Exception, match="the shape has the transform"):
+        mi.load_dict({"type": "twosidedarea", "to_world": mi.ScalarTransform4f()})
+
+
+def test_spectral_variant_gives_the_same_colours(measure, spot_meter):
+    """A grey plate under a coloured disk: the spectral picture is the RGB one to 1 %."""
+    means = []
+    for variant in ("llvm_ad_rgb", "llvm_ad_spectral"):
+        mi.set_variant(variant)
+        colour = {"type": "rgb", "value": [0.9, 0.6, 0.3]}
+        disk = {"type": "disk", "bsdf": black(), "light": light(colour)}
+        scene = seen_plate(disk, [0, 0, -1], [0, 0, 1], spot_meter)
+        means.append(measure(scene, spp=8192, runs=4)[0])
+    np.testing.assert_allclose(means[1], means[0], rtol=0.01)
