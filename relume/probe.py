@@ -7,10 +7,7 @@ The verdict on an LLVM library is kept in the user's cache directory (``XDG_CACH
 import importlib.metadata
 import json
 import os
-import signal
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
@@ -64,6 +61,9 @@ def render(variant, library):
     Raises:
         Failed: the variant is not available, the process ended, or the picture made no sense.
     """
+    import subprocess  # here, as most starts need no probe and importing takes longer than they do
+    import tempfile
+
     if not sys.executable:
         raise Failed("there is no Python interpreter to probe with", lasting=False)
     search = [os.path.abspath(entry) for entry in sys.path if entry]
@@ -92,6 +92,8 @@ def render(variant, library):
 
 def _failure(status, stderr):
     """Say what an exit status other than 0 means."""
+    import signal
+
     lines = stderr.splitlines() or ["no message"]
     if status == REFUSED:
         return Failed(f"Dr.Jit refuses it: {lines[0][:300]}", lasting=True)
@@ -163,6 +165,8 @@ def _recall(key):
 
 def _remember(key, answer):
     """Keep a verdict; a cache that cannot be written costs a probe at the next start, no more."""
+    import tempfile
+
     file = cache_file()
     try:
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
