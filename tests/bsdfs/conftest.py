@@ -174,14 +174,15 @@ def assert_valid():
 
 @pytest.fixture
 def chi2(at):
-    """Run `mi.chi2` for a list of (material, wi, domain, jacobian, ctx); all must pass at 0.01.
+    """Run `mi.chi2` for (material, wi, domain, jacobian, ctx) tuples; all must pass at 0.01.
 
     The level holds for the whole list (Šidák), so one list of right samplers in a hundred fails;
     the seeds are fixed. `jacobian` is the solid angle per unit of the domain; the density is
-    integrated with `ires`² points a cell.
+    integrated with `ires`² points a cell. Returns the p-values.
     """
 
     def run(cases, ires=16, sample_count=200_000, res=51):
+        p_values = []
         for seed, (material, wi, domain, jacobian, ctx) in enumerate(cases):
             bsdf = mi.load_dict(material)
 
@@ -206,5 +207,7 @@ def chi2(at):
             )
             passed = test.run(significance_level=0.01, test_count=len(cases), quiet=True)
             assert passed, (material, wi, test.messages)
+            p_values.append(test.p_value)
+        return p_values
 
     return run
