@@ -12,107 +12,48 @@ by default hands on 1 - v.
 """
 
 import re
-from dataclasses import dataclass, field
-from functools import cached_property
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
+from .obj_model import MAX_BYTES, Group, MeshError, ObjFile, open_mesh, vertex_normals
 from .obj_scan import NotPlainError, PlainScan
 from .obj_text import (
     BLANK,
     MAX_DIGITS,
+    MalformedError,
     column,
-    count_tokens,
+    corners,
+    decimals,
     decode,
     fan,
     join_lines,
-    parse_corners,
-    parse_numbers,
+    parse_lines,
     split_by_label,
     unify,
 )
 
-MAX_BYTES = 1 << 30
-"""Largest OBJ file that is read (1 GiB, about 25 million triangles)."""
+__all__ = [
+    "MAX_BYTES",
+    "Features",
+    "Group",
+    "MeshError",
+    "ObjFile",
+    "features",
+    "plain",
+    "read_obj",
+    "vertex_normals",
+]
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
 _INDENT = re.compile(rb"[ \t]*")
 _COMMENT = re.compile(rb"#[^\n]*")
-_KEYWORD_TOBLANK = bytes.maketrans(b"vtnf", b"    ")
 _TOKEN = re.compile(rb"[^ \t\n]+")
 _IGNORED = {b"", b"g", b"o", b"s"}
 _V, _VT, _VN, _F, _USEMTL, _MTLLIB, _OTHER = range(7)
+_KEYWORDS = (b"v", b"vt", b"vn")
 _ATTRIBUTES = ("vertex", "texture coordinate", "normal")
-
-
-class MeshError(Exception):
-    """A mesh file that cannot be read.
-
-    Attributes:
-        path: the file, as it was given.
-        line: line number from 1, or None where the whole file is meant.
-        column: column in bytes from 1, or None.
-        message: what is wrong, without the place.
-    """
-
-    def __init__(self, path, line, column, message):
-        self.path, self.line, self.column, self.message = path, line, column, message
-        place = [str(path)] + [str(n) for n in (line, column) if n is not None]
-        super().__init__(f"{':'.join(place)}: {message}")
-
-
-@dataclass
-class Group:
-    """The faces of one material, with one index per distinct (v, vt, vn) triple.
-
-    Attributes:
-        material: name after ``usemtl`` in its first spelling, None before any ``usemtl``.
-        line: line of the first such ``usemtl``, None where there is none.
-        vertices: float64 (V, 3), in file units.
-        faces: int32 (F, 3) into `vertices`; polygons are fans about their first corner.
-        normals: unit vectors float64 (V, 3), or None where the file gives none for all corners.
-        uv: float64 (V, 2), v upwards, or None.
-        colors: linear RGB float64 (V, 3), or None.
-        source: int64 (V,), index of the OBJ vertex behind each mesh vertex.
-    """
-
-    material: str | None
-    line: int | None
-    vertices: np.ndarray
-    faces: np.ndarray
-    normals: np.ndarray | None
-    uv: np.ndarray | None
-    colors: np.ndarray | None
-    source: np.ndarray
-
-
-@dataclass
-class ObjFile:
-    """What an OBJ file holds.
-
-    Attributes:
-        groups: one `Group` per material that has faces, in order of appearance.
-        mtllib: names after ``mtllib``, with their lines, in file order.
-        notes: (line, text) of what was read otherwise than written.
-        positions: all vertices of the file, float64 (N, 3).
-        triangles: all triangles as indices into `positions`, int64 (T, 3).
-    """
-
-    groups: list[Group]
-    mtllib: list[tuple[int, str]]
-    notes: list[tuple[int, str]]
-    positions: np.ndarray = field(repr=False)
-    triangles: np.ndarray = field(repr=False)
-
-    @cached_property
-    def _normals(self):
-        return vertex_normals(self.positions, self.triangles)
-
-    def smooth_normals(self, group):
-        """Area-weighted normals of a group, float64 (V, 3), across texture seams and groups."""
-        return self._normals[group.source]
 
 
 @dataclass(frozen=True)
@@ -130,28 +71,6 @@ class Features:
     reason: str | None
     has_normals: bool
     has_uv: bool
-
-
-def vertex_normals(vertices, faces):
-    """Area-weighted averages of the normals of the adjacent faces.
-
-    Args:
-        vertices: float (V, 3).
-        faces: int (F, 3).
-
-    Returns:
-        Unit vectors float64 (V, 3); (0, 0, 1) where the adjacent faces have no area.
-    """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    weighted = np.cross(b - a, c - a)
-    total = np.zeros((len(vertices), 3))
-    for axis in range(3):
-        for corner in range(3):
-            total[:, axis] += np.bincount(
-                faces[:, corner], weights=weighted[:, axis], minlength=len(vertices)
-            )
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
 
 
 def plain(path):
@@ -177,24 +96,11 @@ def features(path):
     """
     scan = PlainScan()
     try:
-        with _open(path) as file:
+        with open_mesh(path) as file:
             scan.read(file)
     except NotPlainError as reason:
         return Features(False, str(reason), False, False)
     return Features(True, None, "n" in scan.attributes, "t" in scan.attributes)
-
-
-def _open(path):
-    """A regular file of acceptable size, opened for reading bytes."""
-    try:
-        if not Path(path).is_file():
-            what = "is not a regular file" if Path(path).exists() else "does not exist"
-            raise MeshError(path, None, None, what)
-        if Path(path).stat().st_size > MAX_BYTES:
-            raise MeshError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
-        return open(path, "rb", buffering=0)
-    except (OSError, ValueError) as error:
-        raise MeshError(path, None, None, f"cannot be read: {error}") from error
 
 
 def read_obj(path):
@@ -214,7 +120,7 @@ def read_obj(path):
         MeshError: no regular file, too large, not text, a malformed or non-finite number, an index
             that is 0 or names nothing, a face with fewer than three corners, no faces.
     """
-    with _open(path) as file:
+    with open_mesh(path) as file:
         return _Reader(path, file.read()).read()
 
 
@@ -238,8 +144,8 @@ class _Reader:
         positions, colors = self.vertices(*v)
         uv = np.stack([column(vt, 0), column(vt, 1)], axis=1)
         normals = np.stack([column(vn, k) for k in range(3)], axis=1)
-        corners, counts = self.corners((len(positions), len(uv), len(normals)))
-        triangles, owner = fan(corners, counts)
+        faces, counts = self.corners((len(positions), len(uv), len(normals)))
+        triangles, owner = fan(faces, counts)
         self.note_polygons(counts)
         materials, labels = self.materials()
         groups = []
@@ -318,19 +224,18 @@ class _Reader:
     # -- numbers --------------------------------------------------------------------------------
 
     def numbers(self, kind):
-        """All numbers of the lines of a kind, and the offset of each line's first."""
+        """All numbers of the lines of a kind, and how many each line has."""
         lines, text = self.lines_of(kind)
-        text = text.translate(_KEYWORD_TOBLANK)
-        tokens, counts = count_tokens(text)
-        values = parse_numbers(text, float)
-        if len(values) != tokens or not np.isfinite(values).all():
-            raise self.bad_number(lines)
+        try:
+            values, counts = parse_lines(text, _KEYWORDS[kind], decimals)
+        except MalformedError as error:
+            raise self.bad_number(lines) from error
         need = 2 if kind == _VT else 3
         short = np.flatnonzero(counts < need)
         if len(short):
             message = f"{_ATTRIBUTES[kind]} with {counts[short[0]]} of {need} numbers"
             raise self.error(self.starts[lines[short[0]]], message)
-        return values, counts, lines
+        return values, counts
 
     def bad_number(self, lines):
         for line in lines:
@@ -339,9 +244,9 @@ class _Reader:
                     return self.error(offset, f"{decode(token)!r} is not a finite number")
         raise AssertionError("every token is a number")
 
-    def vertices(self, values, counts, lines):
+    def vertices(self, values, counts):
         """Positions (N, 3), and colours (N, 3) or None."""
-        table = values, counts, lines
+        table = values, counts
         positions = np.stack([column(table, k) for k in range(3)], axis=1)
         if not len(counts) or counts[-1] < 6:
             return positions, None
@@ -351,6 +256,7 @@ class _Reader:
         for k in range(3):
             colors[~short, k] = values[first + 3 + k]
         if short.any():
+            lines = np.flatnonzero(self.kinds == _V)
             line = self.place(self.starts[lines[np.argmax(short)]])[0]
             self.notes.append((line, f"{short.sum()} vertices without a colour are white"))
         return positions, colors
@@ -360,28 +266,27 @@ class _Reader:
     def corners(self, sizes):
         """Corners of all faces as indices from 0 (C, 3), -1 for none; corners of each face."""
         lines, text = self.lines_of(_F)
-        text = text.translate(_KEYWORD_TOBLANK)
         if not len(lines):
             raise MeshError(self.path, None, None, "has no faces")
-        _, counts = count_tokens(text)
+        try:
+            found, counts = parse_lines(text, b"f", corners)
+        except MalformedError as error:
+            raise self.bad_corner(lines) from error
         short = np.flatnonzero(counts < 3)
         if len(short):
             message = f"face with {counts[short[0]]} of at least 3 corners"
             raise self.error(self.starts[lines[short[0]]], message)
-        corners = parse_corners(text, counts.sum())
-        if corners is None:
-            raise self.bad_corner(lines)
         for k, size in enumerate(sizes):
-            column = corners[:, k]
-            negative = column < 0
+            index = found[:, k]
+            negative = index < 0
             if negative.any():
                 seen = np.cumsum(self.kinds == (_V, _VT, _VN)[k])[lines]
-                column[negative] += np.repeat(seen, counts)[negative] + 1
-                column[negative & (column < 1)] = size + 1
-            wrong = np.flatnonzero(column > size)
+                index[negative] += np.repeat(seen, counts)[negative] + 1
+                index[negative & (index < 1)] = size + 1
+            wrong = np.flatnonzero(index > size)
             if len(wrong):
                 raise self.missing(lines, counts, wrong[0], _ATTRIBUTES[k], size)
-        return corners - 1, counts
+        return found - 1, counts
 
     def bad_corner(self, lines):
         for line in lines:
@@ -391,7 +296,7 @@ class _Reader:
                 fields = [part for part in token.split(b"/") if part]
                 if any(int(part) == 0 for part in fields):
                     return self.error(offset, "index 0: indices begin at 1")
-                if any(len(part) > MAX_DIGITS for part in fields):
+                if any(len(part.lstrip(b"+-")) > MAX_DIGITS for part in fields):
                     return self.error(offset, "index with too many digits")
         raise AssertionError("every corner is well formed")
 
