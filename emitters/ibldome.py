@@ -18,8 +18,9 @@ Attached to a `sphere`, the emitter gives the point :math:`p` of it the radiance
 in all directions: inwards, as a surrounding with its parallax kept, and outwards. The texel is the
 nearest one and the formula of the map is evaluated where the ray hits, without any resampling.
 The transform of the sphere moves and scales the dome but does not turn the image. Give the sphere
-a black BSDF, so that paths end on it. Source: section 11.5 of the scene language, legacy manual
-"IBL".
+a black `conductor` as BSDF: paths end on it, and unlike on a black `diffuse` no emitter sample is
+spent there, which saves a fifth of the time. Source: section 11.5 of the scene language, legacy
+manual "IBL".
 
 Emitter sampling picks a texel with the probability
 
@@ -43,7 +44,7 @@ image.
 .. code-block:: python
 
     {'type': 'sphere', 'center': [0, 0, 0], 'radius': 600,
-     'bsdf': {'type': 'diffuse', 'reflectance': 0},
+     'bsdf': {'type': 'conductor', 'specular_reflectance': 0},
      'light': {'type': 'ibldome', 'filename': 'probe.hdr', 'map': 'angular', 'scale': 2.0}}
 """  # noqa: E501
 

@@ -1,0 +1,99 @@
+"""All the emitter plugins in one scene: their light adds up, in every variant that is compiled."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+BLACK = {"type": "conductor", "specular_reflectance": 0.0}
+
+
+def lights():
+    t = mi.ScalarTransform4f()
+    sky = mi.Bitmap(np.random.default_rng(1).random((9, 17, 3)).astype(np.float32))
+    return {
+        "spot": {"type": "falloffspot", "position": [1, 3, 0], "intensity": 20.0},
+        "spot2": {
+            "type": "falloffspot",
+            "position": [-1, 3, 0],
+            "attenuation": [0, 0, 2],
+            "intensity": 30.0,
+        },
+        "beam": {
+            "type": "parallelbeam",
+            "origin": [-0.5, 4, -0.5],
+            "edge_u": [1, 0, 0],
+            "edge_v": [0, 0, 1],
+            "direction": [0, -1, 0],
+            "irradiance": 3.0,
+        },
+        "lamp": {
+            "type": "rectangle",
+            "to_world": t.translate([0, 2, -1.5]).scale(0.4),
+            "bsdf": BLACK,
+            "light": {"type": "twosidedarea", "radiance": 5.0},
+        },
+        "dome": {
+            "type": "sphere",
+            "radius": 30.0,
+            "bsdf": BLACK,
+            "light": {"type": "ibldome", "bitmap": sky, "map": "panoramic"},
+        },
+    }
+
+
+def scene(integrator, **some):
+    t = mi.ScalarTransform4f()
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": integrator,
+            "floor": {
+                "type": "rectangle",
+                "to_world": t.rotate([1, 0, 0], -90).scale(2),
+                "bsdf": {"type": "diffuse", "reflectance": 0.5},
+            },
+            "sensor": {
+                "type": "perspective",
+                "fov": 30,
+                "to_world": t.look_at(origin=[0, 2, 5], target=[0, 0, 0], up=[0, 1, 0]),
+                "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}},
+            },
+            **some,
+        }
+    )
+
+
+@pytest.mark.parametrize("integrator", ["path", "volpath", "ptracer"])
+def test_lights_add_up(integrator, measure):
+    """A floor under five lights is as bright as under each of them in turn, within 3 errors.
+
+    The lamp hides a thousandth of the dome from the floor.
+    """
+    depth = {"type": integrator, "max_depth": 2}
+    spp = 2048 if integrator == "ptracer" else 256
+    everything, error = measure(scene(depth, **lights()), spp=spp)
+    total, variance = 0.0, np.square(error)
+    for name, light in lights().items():
+        mean, error = measure(scene(depth, **{name: light}), spp=spp)
+        total = total + mean
+        variance = variance + np.square(error)
+    assert np.all(np.sqrt(variance) < 0.02 * total)
+    assert np.all(np.abs(everything - total) < 3.0 * np.sqrt(variance) + 2e-3 * total)
+
+
+@pytest.mark.parametrize("name", ["llvm_ad_mono", "llvm_ad_spectral"])
+def test_other_variants(name, measure):
+    """Grey light is equally bright in every variant, to 2 %."""
+    means = []
+    for variant in ("llvm_ad_rgb", name):
+        mi.set_variant(variant)
+        grey = lights()
+        grey["dome"]["light"]["bitmap"] = mi.Bitmap(np.full((9, 17, 3), 0.5, dtype=np.float32))
+        picture, _ = measure(scene({"type": "path", "max_depth": 3}, **grey), spp=1024, runs=2)
+        means.append(picture.mean())
+    np.testing.assert_allclose(means[1], means[0], rtol=0.02)
+
+
+def test_plugins_print_themselves():
+    for light in lights().values():
+        assert any(name in str(mi.load_dict(light)) for name in ("Spot", "Beam", "Area", "Dome"))
