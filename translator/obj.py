@@ -48,6 +48,7 @@ __all__ = [
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
 _INDENT = re.compile(rb"[ \t]*")
+_INDENTS = re.compile(rb"^[ \t]+", re.MULTILINE)
 _COMMENT = re.compile(rb"#[^\n]*")
 _TOKEN = re.compile(rb"[^ \t\n]+")
 _IGNORED = {b"", b"g", b"o", b"s"}
@@ -171,6 +172,7 @@ class _Reader:
         for line in indented:
             starts[line] = _INDENT.match(self.data, starts[line]).end()
         self.ends = ends
+        self.indented = len(indented) > 0
         padded = np.concatenate((text, np.full(2, 10, np.uint8)))
         first, second, third = (padded[starts + k] for k in range(3))
         kinds = np.full(len(starts), _OTHER, np.uint8)
@@ -213,6 +215,8 @@ class _Reader:
         text = b"".join(runs)
         if b"#" in text:
             text = _COMMENT.sub(b"", text)
+        if self.indented:
+            text = _INDENTS.sub(b"", text)
         return np.flatnonzero(chosen), text
 
     def tokens(self, line):

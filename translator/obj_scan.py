@@ -10,8 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
-_BLANK = np.isin(np.arange(256), (9, 10, 32))
 _FORMS = {0: ("a", set()), 1: ("a/b", {"t"}), 2: ("a/b/c", {"n", "t"}), -2: ("a//c", {"n"})}
+
+
+def _blank(characters):
+    return (characters == 32) | (characters == 10) | (characters == 9)
 
 
 class NotPlainError(Exception):
@@ -106,16 +109,16 @@ class PlainScan:
 
     @staticmethod
     def indices(text, gaps, starts):
-        if np.count_nonzero(text > 57) != len(starts) or not _BLANK[text[starts + 1]].all():
+        if np.count_nonzero(text > 57) != len(starts) or not _blank(text[starts + 1]).all():
             raise NotPlainError("faces with other characters than digits and slashes")
         if ((text[:-1] < 48) & (text[1:] == 48)).any():
             raise NotPlainError("indices that begin with 0")
-        if gaps.max() > 10:
+        if gaps.max(initial=0) > 10:
             raise NotPlainError("indices above a thousand million")
 
     def corners(self, gaps, kinds):
         """Check the delimiters of whole ``f`` lines: equal forms, three or four corners."""
-        if not (_BLANK[kinds] | (kinds == 47)).all():
+        if not (_blank(kinds) | (kinds == 47)).all():
             raise NotPlainError("indices with a sign")
         slash = kinds == 47
         touching = gaps == 1
@@ -138,15 +141,16 @@ class PlainScan:
 
     def numbers(self, text, delimiters, kinds, starts):
         second = text[starts + 1]
-        vertex = _BLANK[second]
+        vertex, normal, texture = _blank(second), second == ord("n"), second == ord("t")
+        if not (vertex | normal | texture).all():
+            raise NotPlainError("lines that begin with 'v' and have no such keyword")
         if vertex.any():
             last = starts[vertex][-1]
             self.last_vertex = text[last : last + 1024].tobytes().split(b"\n", 1)[0]
-        named = {name for name in "nt" if (second == ord(name)).any()}
-        self.attributes |= named
+        self.attributes |= {name for name, any_ in (("n", normal), ("t", texture)) if any_.any()}
         letters = np.count_nonzero(text > 57) - len(starts) - np.count_nonzero(~vertex)
         point, sign = kinds == 46, (kinds == 43) | (kinds == 45)
-        if not (_BLANK[kinds] | point | sign).all():
+        if not (_blank(kinds) | point | sign).all():
             raise NotPlainError("characters that belong to no number")
         before = text[delimiters[sign] - 1]
         exponent = (before | 32) == 101
@@ -163,6 +167,7 @@ class PlainScan:
         end = after + signed
         if (
             letters != len(e)
+            or (text[e - 1] < 46).any()
             or (np.diff(after) == 0).any()
             or (kinds[end] > 32).any()
             or (delimiters[end] == e + 1 + signed).any()

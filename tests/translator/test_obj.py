@@ -63,6 +63,12 @@ def test_forms_of_a_triangle(tmp_path, body, ends):
     assert (group.vertices.dtype, group.faces.dtype) == (np.float64, np.int32)
 
 
+def test_indented_lines_among_others(tmp_path):
+    """Proves: leading blanks do not matter in any line of a run of equal lines."""
+    text = "v 0 0 0\n  v 1 0 0\n\tv 1 1 0\nv 0 1 0\nf 1 2 3\n \t f 2 3 4\nf 1 3 4\n"
+    assert _triangles(_group(tmp_path, text)) == _expect((0, 1, 2), (1, 2, 3), (0, 2, 3))
+
+
 def test_numbers_keep_double_precision(tmp_path):
     """Proves: numbers are the doubles that Python reads, exponents and bare points included."""
     words = ["0.1", "-1e-3", "+2.E5", ".5", "-.25e+2", "123456.789012345678", "7", "0", "1e-300"]
@@ -327,6 +333,8 @@ def test_plain_files(tmp_path, text):
         SQUARE + "f 1 2 3.0\n",
         SQUARE + "f 1 2 3x\n",
         SQUARE + "f1 2 3 4\nf 1 2 3\n",
+        SQUARE + "v1 2 3 4\nf 1 2 3\n",
+        SQUARE + "f\nf 1 2 3\n",
         SQUARE + "vn 0 0 1\nf 1 2 3\n",
         SQUARE + "vt 0 0\nf 1 2 3\n",
         SQUARE + "vn 0 0 1\nf 1//1 2//1 3//1\nf 1 2 3\n",
@@ -339,6 +347,7 @@ def test_plain_files(tmp_path, text):
         SQUARE + "v 1e5.3 0 0\nf 1 2 3\n",
         SQUARE + "v 1e5e5 0 0\nf 1 2 3\n",
         SQUARE + "v 1d5 0 0\nf 1 2 3\n",
+        SQUARE + "v 1 0 0 e5\nf 1 2 3\n",
         SQUARE + "v 0 0 nan\nf 1 2 3\n",
         SQUARE + "l 1 2\nf 1 2 3\n",
         (SQUARE + "f 1 2 3\n").replace("\n", "\r"),
