@@ -16,7 +16,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .obj_model import MAX_BYTES, Group, MeshError, ObjFile, open_mesh, vertex_normals
+from .obj_model import (
+    MAX_BYTES,
+    Group,
+    MeshError,
+    ObjFile,
+    keep_freed_memory,
+    open_mesh,
+    vertex_normals,
+)
 from .obj_scan import NotPlainError, PlainScan
 from .obj_text import (
     BLANK,
@@ -96,6 +104,7 @@ def features(path):
         MeshError: the file cannot be opened or is too large.
     """
     scan = PlainScan()
+    keep_freed_memory()
     try:
         with open_mesh(path) as file:
             scan.read(file)
@@ -121,6 +130,7 @@ def read_obj(path):
         MeshError: no regular file, too large, not text, a malformed or non-finite number, an index
             that is 0 or names nothing, a face with fewer than three corners, no faces.
     """
+    keep_freed_memory()
     with open_mesh(path) as file:
         return _Reader(path, file.read()).read()
 
