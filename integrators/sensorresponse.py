@@ -1,0 +1,69 @@
+r"""Factor and limit of every sample (`sensorresponse`)
+====================================================
+
+.. list-table::
+   * - Parameter, type
+     - Description
+   * - (nested): integrator
+     - Sampling integrator whose samples are changed.
+   * - response: float
+     - Factor of the radiance :math:`k \ge 0`. (Default: 1)
+   * - luminance_limit: float
+     - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit.
+       (Default: 0)
+
+A sample of radiance :math:`L` and luminance :math:`Y = (0.2126, 0.7152, 0.0722) \cdot L` becomes
+:math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture is
+biased dark.
+
+Source: the legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
+at most `luminance_cutoff` to the average of a pixel, so :math:`Y_{max}` is that times the samples
+of a pixel.
+
+.. code-block:: python
+
+    {"type": "sensorresponse", "luminance_limit": 20.0, "nested": {"type": "path"}}
+"""
+
+import drjit as dr
+import mitsuba as mi
+
+from registration import on_every_variant
+
+
+def define():
+    """Define and register the plugin under the variant in use."""
+
+    class SensorResponse(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
+            if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
+                raise ValueError("sensorresponse takes one nested sampling integrator")
+            self.nested = nested[0]
+            self.response = mi.Float(props.get("response", 1.0))
+            limit = props.get("luminance_limit", 0.0)
+            self.limited = limit > 0
+            self.luminance_limit = mi.Float(limit)
+            dr.make_opaque(self.response, self.luminance_limit)
+
+        def aov_names(self):
+            return self.nested.aov_names()
+
+        def traverse(self, cb):
+            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
+            if self.limited:
+                Y = mi.luminance(L, ray.wavelengths, active)
+                L *= dr.select(Y > self.luminance_limit, self.luminance_limit / Y, 1)
+            return L * self.response, valid, aovs
+
+        def to_string(self):
+            return f"SensorResponse[{self.nested}]"
+
+    mi.register_integrator("sensorresponse", SensorResponse)
+
+
+on_every_variant(define)

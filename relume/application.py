@@ -1,0 +1,195 @@
+"""What relume does, from Python: read, translate, render."""
+
+import dataclasses
+import warnings
+
+import mitsuba as mi
+
+import translator
+from relume import llvm
+from relume.session import Session, use_threads, variant
+from translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
+
+FALLBACK = "scalar_rgb"
+"""Variant for machines without a usable LLVM library."""
+
+
+class CannotRender(RuntimeError):
+    """A scene cannot be rendered on this machine, or not as asked; the message says why."""
+
+
+def read(path, environ=None):
+    """Read a scene file.
+
+    Args:
+        path: the file.
+        environ: environment variables that override the file; by default those of the process.
+
+    Returns:
+        The typed `translator.document.Document`.
+
+    Raises:
+        SceneError: every error in the file, with line and column.
+    """
+    return translator.read(path, environ)
+
+
+def translate(document, *, dialect="manual", asset_path=()):
+    """Translate a document into a dictionary for `mi.load_dict`.
+
+    Sets the variant that the scene needs if none is set.
+
+    Args:
+        document: what `read` returned, or the path of a scene file.
+        dialect: `manual`, or `prender` to match an old picture.
+        asset_path: folders in which files that the scene names are looked for.
+
+    Raises:
+        SceneError: errors of the file, and missing files.
+    """
+    translation = translator.translate(_document(document), dialect, asset_path)
+    if not mi.variant():
+        mi.set_variant(usable_variant(translation.plan))
+    return translation.dictionary()
+
+
+def render(path_or_document, *, size=None, spp=None, seed=0, integrator=None, variant=None,
+           dialect="manual", asset_path=()):
+    """Render a scene.
+
+    Args:
+        path_or_document: a scene file, or what `read` returned.
+        size: (width, height) in pixels instead of the scene's.
+        spp: samples of a pixel instead of the scene's.
+        seed: non-negative integer; the same seed gives the same picture, bit for bit.
+        integrator: plugin id of an integrator instead of the planned one.
+        variant: Mitsuba variant instead of the planned one.
+        dialect: `manual`, or `prender` to match an old picture.
+        asset_path: folders in which files that the scene names are looked for.
+
+    Returns:
+        Linear RGB, array of shape (height, width, 3), float32, top row first.
+
+    Raises:
+        SceneError: errors of the file, and missing files.
+        CannotRender: the variant or integrator does not work here.
+        ValueError: a size, number of samples or seed out of range.
+    """
+    document = resized(_document(path_or_document), size, spp)
+    translation = translator.translate(document, dialect, asset_path)
+    with prepared(translation, seed, integrator, variant) as session:
+        for _ in session.run():
+            pass
+        return session.image()
+
+
+def resized(document, size=None, spp=None):
+    """A document with another size of picture and number of samples.
+
+    Raises:
+        ValueError: out of range.
+    """
+    if size is not None:
+        width, height = (int(x) for x in size)
+        if not (1 <= min(width, height) and max(width, height) <= MAX_SIDE) or (
+            width * height > MAX_PIXELS
+        ):
+            limit = f"expected sides of 1 to {MAX_SIDE} and at most {MAX_PIXELS} pixels"
+            raise ValueError(f"size {width}x{height}: {limit}")
+        document = dataclasses.replace(document, image=(width, height))
+    if spp is not None:
+        if not 1 <= spp <= MAX_SAMPLES:
+            raise ValueError(f"spp {spp}: expected 1 to {MAX_SAMPLES}")
+        document = dataclasses.replace(document, sampling=int(spp), supersampling=1)
+    return document
+
+
+def usable_variant(plan, wanted=None):
+    """The variant to render a plan with on this machine.
+
+    Args:
+        plan: the scene's plan.
+        wanted: the variant asked for, or None.
+
+    Raises:
+        CannotRender: the variant does not exist, or is scalar where the scene needs plugins that
+            scalar variants do not run.
+    """
+    name = wanted or plan.variant
+    if name not in mi.variants():
+        raise CannotRender(f"unknown variant '{name}'; Mitsuba has {', '.join(mi.variants())}")
+    library = llvm.install()
+    if name.startswith("llvm") and not library.usable:
+        if wanted or plan.plugins or plan.variant != "llvm_ad_rgb":
+            needs = f" and the scene needs {', '.join(plan.plugins)}" if plan.plugins else ""
+            raise CannotRender(f"{name} does not work here{needs}: {library.reason}")
+        warnings.warn(f"rendering slowly with {FALLBACK}: {library.reason}", stacklevel=2)
+        return FALLBACK
+    if name.startswith("scalar") and plan.plugins:
+        raise CannotRender(f"{name} does not run the plugins of this scene: {', '.join(plan.plugins)}")
+    return name
+
+
+class prepared:
+    """Context in which a translated scene is loaded under its variant and ready to render.
+
+    Args:
+        translation: the translated scene.
+        seed: seed of the session.
+        integrator: plugin id instead of the planned one.
+        wanted: variant instead of the planned one.
+
+    Yields:
+        The `Session`.
+    """
+
+    def __init__(self, translation, seed=0, integrator=None, wanted=None):
+        if seed < 0:
+            raise ValueError(f"seed {seed}: expected 0 or more")
+        self.translation = translation
+        self.seed = seed
+        self.integrator = integrator
+        self.variant = variant(usable_variant(translation.plan, wanted))
+
+    def __enter__(self):
+        self.variant.__enter__()
+        try:
+            thread = self.translation.document.thread
+            use_threads(thread)
+            scene = mi.load_dict(self.translation.dictionary())
+            chosen = self.integrator and other_integrator(self.integrator, self.translation)
+            return Session(scene, self.translation.plan.spp, self.seed, chosen)
+        except BaseException:
+            self.variant.__exit__(None, None, None)
+            raise
+
+    def __exit__(self, *error):
+        return self.variant.__exit__(*error)
+
+
+def other_integrator(name, translation):
+    """An integrator by its plugin id, with the scene's path depths where it takes them.
+
+    Raises:
+        CannotRender: there is no such integrator.
+    """
+    planned = translation.scene["integrator"]
+    depths = {"max_depth": -1, "rr_depth": planned.get("rr_depth", 5)}
+    errors = []
+    for parameters in (depths, {"max_depth": -1}, {}):
+        try:
+            made = mi.load_dict({"type": name} | parameters)
+        except RuntimeError as error:
+            errors.append(str(error))
+            continue
+        if isinstance(made, mi.Integrator):
+            return made
+        errors.append("it is no integrator")
+        break
+    raise CannotRender(f"integrator '{name}': {errors[-1]}")
+
+
+def _document(path_or_document):
+    if isinstance(path_or_document, translator.Document):
+        return path_or_document
+    return read(path_or_document)

@@ -1,0 +1,144 @@
+"""The command line: `relume check | render | convert | doctor`."""
+
+import json
+import sys
+import warnings
+
+import click
+from rich.console import Console
+
+from translator.dialects import DIALECTS
+
+SIZE = "WIDTHxHEIGHT"
+
+
+class Size(click.ParamType):
+    """A size such as 640x480."""
+
+    name = SIZE
+
+    def convert(self, value, param, ctx):
+        """The pair (width, height)."""
+        width, _, height = value.lower().partition("x")
+        if not (width.isdigit() and height.isdigit()):
+            self.fail(f"expected {SIZE}, such as 640x480, found '{value}'", param, ctx)
+        return int(width), int(height)
+
+
+def scene_options(command):
+    """Options of every command that translates a scene."""
+    for option in (
+        click.option("--asset-path", "asset_path", multiple=True, metavar="DIR",
+                     type=click.Path(exists=True, file_okay=False),
+                     help="Look for the scene's files below DIR, too (repeatable)."),
+        click.option("--dialect", type=click.Choice(DIALECTS), default="manual", show_default=True,
+                     help="Follow the manual, or the original program where the two differ."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="relume")
+def main():
+    """Legacy scene files, lit again."""
+    warnings.showwarning = _show_warning
+
+
+@main.command()
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
+@scene_options
+def check(paths, as_json, brief, dialect, asset_path):
+    """Report what every line of scene files becomes, and how they would be rendered.
+
+    PATH is a scene file or a folder of them. The exit status is 0 if everything is translated, 1
+    if there are errors and 3 if something is unsupported.
+    """
+    from relume import checking
+
+    files = list(checking.files_below(paths))
+    results = [checking.check_file(file, dialect, asset_path) for file in files]
+    if as_json:
+        click.echo(json.dumps(results, indent=1, ensure_ascii=False))
+    else:
+        checking.print_results(results, Console(), every_line=not brief)
+        if not results:
+            click.echo("no scene files found", err=True)
+    sys.exit(checking.exit_status(results) if results else 1)
+
+
+@main.command()
+@click.argument("scene", type=click.Path())
+@click.option("-o", "--output", "out", metavar="FILE",
+              help="Picture file (.exr .hdr .png .bmp .ppm), or a folder.")
+@click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel.")
+@click.option("--size", type=Size(), help="Size of the picture.")
+@click.option("--integrator", metavar="ID", help="Integrator plugin instead of the planned one.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
+              help="The same seed gives the same picture.")
+@click.option("--time-limit", type=click.FloatRange(min=0), metavar="SECONDS",
+              help="Stop then, with what there is.")
+@scene_options
+def render(scene, **options):
+    """Render a scene file; Ctrl-C keeps the picture so far."""
+    from relume.rendering import render_file
+
+    console = Console(stderr=True)
+    with readable_errors():
+        for path in render_file(scene, console=console, **options):
+            click.echo(path)
+
+
+@main.command()
+@click.argument("scene", type=click.Path())
+@click.option("-o", "--output", "out", metavar="FILE.xml", help="XML file; its files go beside it.")
+@click.option("--python", "as_python", is_flag=True, help="Print the scene's Python dictionary.")
+@scene_options
+def convert(scene, out, as_python, dialect, asset_path):
+    """Convert a scene file to Mitsuba XML, or print its Python dictionary."""
+    from relume import convert as converter
+
+    if (out is None) == (not as_python):
+        raise click.UsageError("give either -o FILE.xml or --python")
+    with readable_errors():
+        if as_python:
+            click.echo(converter.python_source(scene, dialect, asset_path))
+        else:
+            for path in converter.write_xml(scene, out, dialect, asset_path):
+                click.echo(path)
+
+
+@main.command()
+def doctor():
+    """Tell what this machine renders with, and what to do if it does not."""
+    from relume import doctor as examination
+
+    sys.exit(examination.run())
+
+
+class readable_errors:
+    """Context that turns expected failures into messages and exit status 1."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, _kind, error, _trace):
+        from relume.application import CannotRender
+        from relume.output import OutputError
+        from translator.diagnostics import SceneError
+
+        if isinstance(error, SceneError):
+            for line in error.described():
+                click.echo(line, err=True)
+            sys.exit(1)
+        if isinstance(error, CannotRender | OutputError | ValueError | OSError):
+            click.echo(f"relume: {error}", err=True)
+            sys.exit(1)
+        return False
+
+
+def _show_warning(message, *_):
+    click.echo(f"warning: {message}", err=True)

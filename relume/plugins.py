@@ -1,0 +1,8 @@
+"""Importing this module registers relume's plugins under every variant, set before or after."""
+
+import bsdfs
+import emitters
+import integrators
+import sensors
+
+PACKAGES = (bsdfs, emitters, integrators, sensors)

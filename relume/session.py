@@ -1,0 +1,148 @@
+"""A render session: a scene rendered in passes of bounded memory.
+
+A pass adds samples to every pixel. Which samples those are depends on the seed, the size of the
+picture and the number of samples alone, so the same seed gives the same picture, bit for bit: the
+radiance of all samples of a pixel is computed in one kernel and summed in a fixed order, never
+scattered into the film.
+"""
+
+import os
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+SAMPLES_PER_PASS = 2**20
+"""Samples of one pass, rounded down to whole samples of a pixel."""
+
+SAMPLES_PER_LAUNCH = 2**22
+"""Most samples of one kernel launch: a pass over a very large picture takes several."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a render is: `passes` of `all_passes`, `spp` of `all_spp`, and `seconds` so far."""
+
+    passes: int
+    all_passes: int
+    spp: int
+    all_spp: int
+    seconds: float
+
+
+@contextmanager
+def variant(name):
+    """Set a Mitsuba variant for the time of the block."""
+    before = mi.variant()
+    mi.set_variant(name)
+    try:
+        yield
+    finally:
+        if before and before != name:
+            mi.set_variant(before)
+
+
+def use_threads(count):
+    """Use `count` threads, at most one for each core; None for one for each core."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    dr.set_thread_count(cores if count is None else max(1, min(int(count), cores)))
+
+
+class Session:
+    """Renders one loaded scene; the variant it was loaded under must stay set.
+
+    Args:
+        scene: `mi.Scene` with one sensor.
+        spp: samples of a pixel.
+        seed: non-negative integer; the same seed gives the same picture.
+        integrator: `mi.Integrator` to use instead of the scene's.
+    """
+
+    def __init__(self, scene, spp, seed=0, integrator=None):
+        self.scene = scene
+        self.sensor = scene.sensors()[0]
+        self.integrator = integrator or scene.integrator()
+        self.spp = int(spp)
+        self.seed = int(seed)
+        self.width, self.height = (int(x) for x in self.sensor.film().crop_size())
+        self.by_sample = "scalar" not in mi.variant() and isinstance(
+            self.integrator, mi.SamplingIntegrator
+        )
+        per_pass = max(1, SAMPLES_PER_PASS // (self.width * self.height))
+        whole, rest = divmod(self.spp, per_pass)
+        self.passes = [per_pass] * whole + ([rest] if rest else [])
+        self.sum = np.zeros((self.height * self.width, 3))
+        self.spp_done = 0
+        self.passes_done = 0
+
+    def run(self):
+        """Render pass after pass.
+
+        Yields:
+            `Progress` after each pass; the render can be left at any of them.
+        """
+        start = time.perf_counter()
+        for index in range(self.passes_done, len(self.passes)):
+            self.render_pass(index)
+            seconds = time.perf_counter() - start
+            yield Progress(index + 1, len(self.passes), self.spp_done, self.spp, seconds)
+
+    def render_pass(self, index):
+        """Render one pass and add it to the sum."""
+        spp = self.passes[index]
+        pixels = self.width * self.height
+        if not self.by_sample:
+            self.sum += spp * self._whole(spp, index)
+        else:
+            rows = max(1, SAMPLES_PER_LAUNCH // (spp * self.width)) * self.width
+            for launch, first in enumerate(range(0, pixels, rows)):
+                count = min(rows, pixels - first)
+                self.sum[first : first + count] += self._pixels(spp, first, count, (index, launch))
+        self.spp_done += spp
+        self.passes_done = index + 1
+
+    def image(self):
+        """The picture so far: linear RGB, (height, width, 3) float32; NaN where nothing is."""
+        mean = self.sum / self.spp_done if self.spp_done else self.sum * np.nan
+        return mean.reshape(self.height, self.width, 3).astype(np.float32)
+
+    def _seed(self, *place):
+        return int(np.random.SeedSequence((self.seed, *place)).generate_state(1)[0])
+
+    def _pixels(self, spp, first, count, place):
+        """Sums of `spp` samples for each of `count` pixels from `first`: (count, 3)."""
+        sampler = self.sensor.sampler().clone()
+        sampler.seed(self._seed(*place), count * spp)
+        # Opaque numbers: the kernel is the same for every pass.
+        per_pixel, offset, width = (dr.opaque(mi.UInt32, x) for x in (spp, first, self.width))
+        pixel = dr.arange(mi.UInt32, count * spp) // per_pixel + offset
+        y = pixel // width
+        corner = mi.Point2f(pixel - y * width, y)
+        size = mi.Vector2f(*(dr.opaque(mi.Float, x) for x in (self.width, self.height)))
+        position = (corner + self._in_pixel(sampler.next_2d())) / size
+        aperture = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
+        spectral = mi.is_spectral
+        wavelength = sampler.next_1d() if spectral else mi.Float(0)
+        ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, aperture)
+        with dr.suspend_grad():
+            L, valid, _ = self.integrator.sample(self.scene, sampler, ray)
+        L = dr.select(valid, L * weight, 0)
+        color = mi.spectrum_to_srgb(L, ray.wavelengths) if spectral else mi.Color3f(L)
+        dr.eval(color)
+        return np.stack([np.array(dr.block_sum(channel, spp)) for channel in color], axis=-1)
+
+    def _in_pixel(self, u):
+        """Offset in the pixel, distributed as the film's reconstruction filter."""
+        if self.sensor.film().rfilter().class_name() == "TentFilter":
+            return 0.5 + 0.5 * mi.warp.square_to_tent(u)
+        return u
+
+    def _whole(self, spp, index):
+        """The mean of a pass by Mitsuba's own means: (pixels, 3)."""
+        image = mi.render(
+            self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index)
+        )
+        return np.array(image, dtype=float).reshape(-1, 3)
