@@ -13,13 +13,19 @@ from translator.document import Document
 from translator.neutral import Picture, to_mitsuba
 from translator.shapes import MeshFile
 
-OWN_PLUGINS = (
-    "ward", "phong", "schlickglass",
-    "parallelbeam", "falloffspot", "twosidedarea", "ibldome",
-    "dispersivepath", "sensorresponse",
-    "screencamera",
-)
-"""Plugins that relume brings to Mitsuba."""
+OWN_PLUGINS = {
+    "ward": "bsdf",
+    "phong": "bsdf",
+    "schlickglass": "bsdf",
+    "parallelbeam": "emitter",
+    "falloffspot": "emitter",
+    "twosidedarea": "emitter",
+    "ibldome": "emitter",
+    "dispersivepath": "integrator",
+    "sensorresponse": "integrator",
+    "screencamera": "sensor",
+}
+"""Plugins that relume brings to Mitsuba, with the kind of each."""
 
 
 @dataclass(frozen=True)

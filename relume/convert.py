@@ -1,0 +1,153 @@
+"""`relume convert`: a scene as Mitsuba XML with its files, or as Python source."""
+
+import shutil
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+import translator
+from relume.application import read, usable_variant
+from relume.session import variant
+from translator.neutral import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
+from translator.scene import OWN_PLUGINS
+
+
+def write_xml(path, out, dialect="manual", asset_path=()):
+    """Convert a scene file to XML that `mi.load_file` loads after `import relume`.
+
+    Meshes and pictures are written into the folder `<stem>_files` beside the XML, so both can be
+    moved together.
+
+    Args:
+        path: the scene file.
+        out: the XML file.
+        dialect, asset_path: as `relume.translate`.
+
+    Returns:
+        Paths of the files written, the XML first.
+
+    Raises:
+        SceneError: errors of the file.
+        OSError: a file cannot be written.
+    """
+    translation = translator.translate(read(path), dialect, asset_path)
+    out = Path(out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with variant(usable_variant(translation.plan)):
+        files = _Files(out)
+        scene = files.externalise(translation.scene)
+        scene["sensor"]["sampler"]["sample_count"] = translation.plan.spp
+        state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
+        name_kinds(state)
+        mi.parser.write_file(state, str(out))
+    return [out, *files.written]
+
+
+def name_kinds(state):
+    """Tell Mitsuba's XML writer which kind of object a plugin written in Python is."""
+    kinds = {"bsdf": "BSDF", "emitter": "Emitter", "integrator": "Integrator", "sensor": "Sensor"}
+    for node in state.nodes:
+        kind = OWN_PLUGINS.get(node.props.plugin_name())
+        if kind is not None:
+            node.type = getattr(mi.ObjectType, kinds[kind])
+
+
+class _Files:
+    """The files that an XML file refers to.
+
+    Args:
+        out: the XML file.
+    """
+
+    def __init__(self, out):
+        self.out = out
+        self.folder = out.with_name(out.stem + "_files")
+        self.written = []
+
+    def path(self, name):
+        """A file of the folder, which is made; returns the path and the name for the XML."""
+        self.folder.mkdir(exist_ok=True)
+        self.written.append(self.folder / name)
+        return self.written[-1], f"{self.folder.name}/{name}"
+
+    def externalise(self, value, name="scene"):
+        """The dictionary with meshes and pictures replaced by file names."""
+        if not isinstance(value, dict):
+            return value
+        if isinstance(value.get("mesh"), Mesh):
+            rest = {k: v for k, v in value.items() if k not in ("type", "mesh")}
+            return {"type": "ply", "filename": self.mesh(value["mesh"], name)} | {
+                k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()
+            }
+        result = {}
+        for key, item in value.items():
+            if isinstance(item, Picture):
+                result["filename"] = self.picture(item, name)
+            elif key == "filename":
+                result[key] = self.copied(item)
+            else:
+                result[key] = self.externalise(item, key if name == "scene" else f"{name}_{key}")
+        return result
+
+    def mesh(self, mesh, name):
+        path, shown = self.path(f"{name}.ply")
+        mitsuba_mesh({"mesh": mesh}).write_ply(str(path))
+        return shown
+
+    def picture(self, picture, name):
+        path, shown = self.path(f"{name}.exr")
+        mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
+        return shown
+
+    def copied(self, file):
+        """A copy of a file that the scene names."""
+        path, shown = self.path(Path(file).name)
+        shutil.copyfile(file, path)
+        return shown
+
+
+def python_source(path, dialect="manual", asset_path=()):
+    """Python source that builds the dictionary of a scene file for `mi.load_dict`.
+
+    Meshes and pictures appear as calls with their arrays.
+    """
+    translation = translator.translate(read(path), dialect, asset_path)
+    return (
+        "import mitsuba as mi\nimport numpy as np\n\nimport relume  # registers the plugins\n"
+        "from translator.neutral import Mesh, Picture, mitsuba_mesh\n\n"
+        f"mi.set_variant({translation.plan.variant!r})\n\n"
+        f"scene = {_source(translation.scene, 0)}\n"
+    )
+
+
+def _source(value, depth):
+    if isinstance(value, dict):
+        if isinstance(value.get("mesh"), Mesh):
+            return f"mitsuba_mesh({_entries(value, depth)})"
+        return _entries(value, depth)
+    if isinstance(value, Matrix):
+        rows = ", ".join(repr(list(row)) for row in value.rows)
+        return f"mi.ScalarTransform4f([{rows}])"
+    if isinstance(value, Color):
+        return f"mi.ScalarColor3f({', '.join(map(repr, value.rgb))})"
+    if isinstance(value, Picture):
+        return f"mi.Bitmap({_array(np.asarray(value.pixels, np.float32))})"
+    if isinstance(value, Mesh):
+        fields = ((n, getattr(value, n)) for n in ("vertices", "faces", "normals", "uv", "colors"))
+        return f"Mesh({', '.join(f'{n}={_array(a)}' for n, a in fields if a is not None)})"
+    return repr(value)
+
+
+def _entries(value, depth):
+    inner = "    " * (depth + 1)
+    lines = [
+        f"{inner}{('bitmap' if isinstance(item, Picture) else key)!r}: {_source(item, depth + 1)},\n"
+        for key, item in value.items()
+    ]
+    return "{\n" + "".join(lines) + "    " * depth + "}"
+
+
+def _array(array):
+    dtype = ", np.float32" if array.dtype == np.float32 else ""
+    return f"np.array({array.tolist()!r}{dtype})"
