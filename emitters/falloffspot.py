@@ -27,9 +27,12 @@ an ordinary point source of intensity :math:`I\,r`.
 The formula is that of the legacy manual, "Spot light source", where :math:`I = \pi` times the
 emission of the object. The ramp is linear in the cosine, the stock `spot`'s in the angle.
 
+All parameters but `position` and `to_world` are differentiable.
+
 Particles (`sample_ray`, as `ptracer` uses it) carry a power that does not depend on how far they
-will fly. They can thus only follow the inverse square law: `attenuation` must be `0 0 c` with
-:math:`c > 0`, anything else raises `ValueError` in `sample_ray`.
+will fly. They can thus only follow the inverse square law: unless `attenuation` is `0 0 c` with
+:math:`c > 0`, the light emits no particles and a warning says so. (No exception: Dr.Jit traces
+every light that is alive, also those of other scenes.)
 
 .. code-block:: python
 
@@ -125,10 +128,12 @@ def define():
         def sample_ray(self, time, sample1, sample2, sample3, active=True):
             a, b, c = (float(x[0]) for x in self.attenuation)
             if a != 0.0 or b != 0.0 or c == 0.0:
-                raise ValueError(
-                    "falloffspot: particles can only follow attenuation 0 0 c with c > 0, "
-                    f"not {a:g} {b:g} {c:g}; use an integrator that starts at the camera"
+                mi.Log(
+                    mi.LogLevel.Warn,
+                    "falloffspot: particles can only follow attenuation 0 0 c with c > 0, not "
+                    f"{a:g} {b:g} {c:g}; use an integrator that starts at the camera",
                 )
+                return dr.zeros(mi.Ray3f), mi.Spectrum(0.0)
             local = mi.warp.square_to_uniform_cone(sample3, self.cos_w)
             si = spectrum_lookup(self.position, mi.Point2f(0.5), time)
             wavelengths, weight = sample_spectrum(self.intensity, si, sample1, active)
@@ -154,8 +159,10 @@ def define():
 
         def traverse(self, cb):
             super().traverse(cb)
-            for name in ("position", "direction", "cutoff_angle", "falloff_angle",
-                         "falloff_exponent", "attenuation"):  # fmt: skip
+            # stock integrators detach the sampled point, so a gradient would be incomplete
+            cb.put("position", self.position, mi.ParamFlags.NonDifferentiable)
+            for name in ("direction", "cutoff_angle", "falloff_angle", "falloff_exponent",
+                         "attenuation"):  # fmt: skip
                 cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
             cb.put("intensity", self.intensity, mi.ParamFlags.Differentiable)
 

@@ -121,10 +121,16 @@ def define():
             dr.make_opaque(self.scale)
 
         def _sphere(self):
-            """Centre and radius of the shape, as opaque values."""
+            """Centre and radius of the shape, as opaque values; radius 0 where there is no sphere.
+
+            Dr.Jit traces every living emitter, also those no scene uses, so this must not raise.
+            """
             shape = self.get_shape()
-            if shape is None or shape.shape_type() != mi.ShapeType.Sphere.value:
-                raise RuntimeError("ibldome must be attached to a sphere")
+            if shape is None:
+                return mi.Point3f(0.0), mi.Float(0.0)
+            if shape.shape_type() != mi.ShapeType.Sphere.value:
+                mi.Log(mi.LogLevel.Warn, "ibldome gives no light: it must be attached to a sphere")
+                return mi.Point3f(0.0), mi.Float(0.0)
             box = shape.bbox()
             if self.sphere_box is None or box != self.sphere_box:
                 self.sphere_box = box
@@ -151,6 +157,7 @@ def define():
 
         def _radiance(self, p, wavelengths, active):
             n = self._normal(p)
+            active = active & (self._sphere()[1] > 0.0)
             column, row = texel(self.map.to_uv(n), self.width, self.height)
             return self._texel_radiance(n, column, row, wavelengths, active)
 

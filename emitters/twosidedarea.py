@@ -66,6 +66,8 @@ def define():
             return si, dr.select(active & si.is_valid() & (area > 0.0), pdf, 0.0)
 
         def sample_direction(self, it, sample, active=True):
+            if self.get_shape() is None:  # Dr.Jit traces every living emitter, attached or not
+                return dr.zeros(mi.DirectionSample3f), mi.Spectrum(0.0)
             if self._follows_texture():
                 si, pdf = self._sample_uv(sample, active)
                 ds = dr.zeros(mi.DirectionSample3f)
@@ -86,6 +88,8 @@ def define():
 
         def pdf_direction(self, it, ds, active=True):
             shape = self.get_shape()
+            if shape is None:
+                return mi.Float(0.0)
             if not self._follows_texture():
                 return shape.pdf_direction(it, ds, active)
             si = shape.eval_parameterization(ds.uv, mi.RayFlags.dPdUV, active)
@@ -101,6 +105,8 @@ def define():
             return mi.depolarizer(self.radiance.eval(si, active))
 
         def sample_position(self, time, sample, active=True):
+            if self.get_shape() is None:
+                return dr.zeros(mi.PositionSample3f), mi.Float(0.0)
             sample, side = sample_side(sample)
             if self._follows_texture():
                 si, pdf = self._sample_uv(sample, active)

@@ -65,3 +65,67 @@ def spot_meter():
         }
 
     return sensor
+
+
+@pytest.fixture
+def dome():
+    """Dict of a sphere with an ibldome."""
+
+    def make(image, centre=(0.3, 0.4, 0.5), radius=5.0, **parameters):
+        return {
+            "type": "sphere",
+            "center": list(centre),
+            "radius": radius,
+            "bsdf": {"type": "conductor", "specular_reflectance": 0.0},
+            "light": {
+                "type": "ibldome",
+                "bitmap": mi.Bitmap(np.asarray(image, dtype=np.float32)),
+                **parameters,
+            },
+        }
+
+    return make
+
+
+@pytest.fixture
+def camera():
+    """Dict of a perspective sensor that looks at `target`."""
+
+    def make(origin, target, fov=90.0, size=8, up=(0.01, 1.0, 0.02)):
+        return {
+            "type": "perspective",
+            "fov": fov,
+            "to_world": mi.ScalarTransform4f().look_at(
+                origin=list(origin), target=list(target), up=list(up)
+            ),
+            "film": {
+                "type": "hdrfilm",
+                "width": size,
+                "height": size,
+                "rfilter": {"type": "box"},
+                "pixel_format": "rgb",
+            },
+        }
+
+    return make
+
+
+@pytest.fixture
+def random_image():
+    """Image of uniform random texels."""
+
+    def make(seed=1, shape=(17, 33, 3)):
+        return np.random.default_rng(seed).random(shape).astype(np.float32)
+
+    return make
+
+
+@pytest.fixture
+def random_directions():
+    """Unit vectors, shape (3, count), uniform over the sphere."""
+
+    def make(count, seed=2):
+        n = np.random.default_rng(seed).normal(size=(3, count))
+        return n / np.linalg.norm(n, axis=0)
+
+    return make

@@ -160,10 +160,10 @@ def test_particles_and_paths_make_the_same_picture(c, measure):
 
 
 def test_particles_need_the_inverse_square_law():
-    """A particle's power cannot depend on how far it will fly, so other laws are refused."""
+    """A particle's power cannot depend on how far it will fly: other laws emit none."""
     emitter = mi.load_dict(spot(attenuation=[0, 1, 0]))
-    with pytest.raises(ValueError, match="attenuation 0 0 c"):
-        emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(0.5), mi.Point2f(0.5))
+    _, weight = emitter.sample_ray(mi.Float(0), mi.Float(0.5), mi.Point2f(0.5), mi.Point2f(0.5))
+    np.testing.assert_array_equal(np.array(weight), 0.0)
 
 
 def test_parameters_follow_traverse():
@@ -184,18 +184,42 @@ def test_parameters_follow_traverse():
     np.testing.assert_allclose(value[0], 7.0 * ramp(30.0, 40.0, 20.0, 1.0) / 6.0, rtol=1e-4)
 
 
-def test_gradient_of_the_position():
-    """d/dy of I / y^2 at y = 2 on the axis is -2 I / y^3, through automatic differentiation."""
-    emitter = mi.load_dict(spot())
-    params = mi.traverse(emitter)
-    y = mi.Float(2.0)
-    dr.enable_grad(y)
-    params["position"] = mi.Point3f(0, y, 0)
-    params.update()
-    it = dr.zeros(mi.SurfaceInteraction3f)
-    _, value = emitter.sample_direction(it, mi.Point2f(0.5))
-    dr.backward(value.x)
-    np.testing.assert_allclose(dr.grad(y)[0], -2.0 * 3.0 / 8.0, rtol=1e-5)
+@pytest.mark.parametrize(
+    ("key", "step"),
+    [
+        ("intensity.value", (1.0, 1.0, 1.0)),
+        ("direction", (0.3, 0.0, 0.1)),
+        ("cutoff_angle", 1.0),
+        ("falloff_angle", 1.0),
+        ("falloff_exponent", 1.0),
+        ("attenuation", (1.0, 0.5, 0.2)),
+    ],
+)
+def test_gradients_are_those_of_finite_differences(key, step):
+    """prb's derivative of the picture along `step` against central differences.
+
+    The picture is weighted from left to right, or a turn of the light would nearly cancel out. The
+    noise of either side is at most 1 % (measured over 8 seeds); 4 % are three times that of both.
+    """
+    light = spot(position=[0.5, 2, 0], attenuation=[0.1, 0.2, 1.0])
+    scene = mi.load_dict(box_scene({"type": "prb", "max_depth": 2}, light))
+    params = mi.traverse(scene)
+    key = f"light.{key}"
+    kind = type(params[key])
+    start, step = kind(params[key]), kind(step)
+
+    def mean(shift, spp):
+        params[key] = start + shift * step
+        params.update()
+        weights = mi.TensorXf(np.arange(8.0)[None, :, None] * np.ones((8, 8, 3)))
+        return dr.mean((mi.render(scene, params, spp=spp, seed=1) * weights).array)
+
+    theta = mi.Float(0.0)
+    dr.enable_grad(theta)
+    dr.backward(mean(theta, 16384))
+    h = 1e-2
+    difference = (mean(h, 16384)[0] - mean(-h, 16384)[0]) / (2.0 * h)
+    np.testing.assert_allclose(dr.grad(theta)[0], difference, rtol=0.04)
 
 
 @pytest.mark.parametrize(

@@ -258,6 +258,19 @@ def test_parameters_follow_traverse():
     np.testing.assert_allclose(value[:, 0], [0, 7])
 
 
+def test_xml():
+    """Corner, edges and direction are ordinary XML points and vectors."""
+    emitter = mi.load_string(
+        """<emitter version="3.0.0" type="parallelbeam">
+             <point name="origin" value="-1, 4, -1"/>
+             <vector name="edge_u" value="2, 0, 0"/> <vector name="edge_v" value="0, 0, 2"/>
+             <vector name="direction" value="0, -1, 0"/> <rgb name="irradiance" value="3, 2, 1"/>
+           </emitter>"""
+    )
+    _, value = received(emitter, [[0, 0, 0]])
+    np.testing.assert_allclose(value[0], [3, 2, 1])
+
+
 @pytest.mark.parametrize(
     "parameters",
     [{"direction": [1, 0, 0]}, {"direction": [0, 0, 0]}, {"edge_v": [0, 0, 0]}],

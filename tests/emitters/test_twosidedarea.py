@@ -112,8 +112,7 @@ def half_sky(shape):
 def test_textured_sphere(shape, measure, agrees, spot_meter):
     """Half a bright sky: the plate's irradiances facing its pole and away from it are pi and 0.
 
-    The texture's values are spread over the sphere by (u, v); the seam may be shifted by at most
-    half a texel of float32, so the sum of both sides is pi too.
+    Which of the two poles is the bright one is up to the sphere's (u, v).
     """
     radiance, pole = half_sky(shape)
     sphere = {"type": "sphere", "radius": 2.0, "bsdf": black(), "light": light(radiance)}
