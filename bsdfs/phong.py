@@ -75,7 +75,8 @@ def define():
             return (n + 2) * power * wo.z, (n + 1) * power
 
         def sample_lobe(self, n, wi, sample):
-            cos_alpha = dr.power(sample.y, dr.rcp(n + 1))
+            # 1 - xi is as uniform as xi and, on a computer, never 0.
+            cos_alpha = dr.power(1 - sample.y, dr.rcp(n + 1))
             x, y = polar(dr.safe_sqrt(1 - cos_alpha * cos_alpha), dr.two_pi * sample.x)
             mirror = mi.Frame3f(mi.Vector3f(-wi.x, -wi.y, wi.z))
             return mirror.to_world(mi.Vector3f(x, y, cos_alpha))

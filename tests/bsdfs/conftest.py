@@ -181,7 +181,7 @@ def chi2(at):
     integrated with `ires`² points a cell. Returns the p-values.
     """
 
-    def run(cases, ires=16, sample_count=200_000, res=51):
+    def run(cases, ires=32, sample_count=200_000, res=51):
         p_values = []
         for seed, (material, wi, domain, jacobian, ctx) in enumerate(cases):
             bsdf = mi.load_dict(material)

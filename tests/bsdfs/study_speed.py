@@ -17,8 +17,9 @@ import mitsuba as mi  # isort: skip
 GREY = {"type": "rgb", "value": [0.4, 0.4, 0.4]}
 COLOUR = {"type": "rgb", "value": [0.3, 0.2, 0.3]}
 TWO_LOBES = {"diffuse_reflectance": COLOUR, "specular_reflectance": GREY}
-CONDUCTOR = {"type": "roughconductor", "alpha_u": 0.2, "alpha_v": 0.2}
-PLASTIC = {"type": "plastic", "diffuse_reflectance": COLOUR}
+# Stock reflectances that give paths of about the same length: albedo 0.5 to 0.6 as well.
+CONDUCTOR = {"type": "roughconductor", "alpha_u": 0.2, "alpha_v": 0.2, "specular_reflectance": 0.65}
+PLASTIC = {"type": "plastic", "diffuse_reflectance": {"type": "rgb", "value": [0.6, 0.5, 0.6]}}
 DIELECTRIC = {"type": "dielectric", "int_ior": 1.5}
 WARD = {"type": "ward", "alpha_u": 0.2, "alpha_v": 0.2, **TWO_LOBES}
 

@@ -87,7 +87,7 @@ def chi2_cases():
     lobe.component = 0
     for k in range(8):
         exponent, wi = (100, 500, 2000, 10_000)[k % 4], unit((0, 30)[k // 4], 30 * k)
-        domain = MirrorDomain(wi, exponent, 5.5)
+        domain = MirrorDomain(wi, exponent)
         cases.append((phong(exponent), wi, domain, domain.jacobian, lobe))
     return cases
 
