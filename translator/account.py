@@ -5,7 +5,7 @@ condition holds, to the lines that set the field.
 """
 
 from translator.dialects import note
-from translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 GRAVITY = "general relativity is outside the manual"
 
@@ -29,10 +29,6 @@ DOCUMENT_ROWS = (
     ("scattering", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
     ("absorbing", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
     ("phase", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
-    ("ambient", lambda d: any(d.ambient), "unsupported", "rendered without ambient light"),
-    ("background_texture", ALWAYS, "unsupported", "rendered without the picture of the surroundings"),
-    ("map_coef", lambda d: d.background_texture, "unsupported", "for background_texture"),
-    ("coef", lambda d: d.background_texture, "unsupported", "for background_texture"),
     ("map_coef", lambda d: not d.background_texture, "ignored", "there is no background_texture"),
     ("coef", lambda d: not d.background_texture, "ignored", "there is no background_texture"),
     ("velocity", lambda d: any(d.velocity), "unsupported", GRAVITY),
@@ -53,6 +49,10 @@ def no_ibl(block):
     return block.ibl_texture is None
 
 
+def mapped(block):
+    return block.panoramic_map or block.angular_map or block.equirectangular_map or block.hemisphere_map
+
+
 def not_a_mesh(block):
     return not isinstance(block.shape, MeshFile)
 
@@ -65,9 +65,12 @@ OBJECT_ROWS = (
     ("disk_map", lambda b: b.disk_map and not b.texture, "ignored", "there is no texture"),
     ("background", lambda b: b.background, "unsupported", "shown lit"),
     ("shadow", lambda b: b.shadow, "unsupported", "shown as an ordinary plane"),
-    ("texture", ALWAYS, "unsupported", "rendered with its colour"),
+    ("texture", lambda b: isinstance(b.shape, Plane), "ignored", "an infinite plane has no texture"),
+    ("texture", lambda b: isinstance(b.shape, Disk | Annulus), "unsupported", "rendered with its colour"),
+    ("texture", lambda b: b.texture and mapped(b), "unsupported", "mapped by the default coordinates"),
+    ("ibl_texture", lambda b: b.ibl_texture and isinstance(b.shape, MeshFile), "unsupported",
+     "the mesh shines with its emission alone"),
     ("bump_texture", ALWAYS, "unsupported", "rendered smooth"),
-    ("ibl_texture", ALWAYS, "unsupported", "the object is left out"),
     ("repeat", lambda b: b.texture is None, "ignored", "there is no texture"),
     ("ibl_texture_coef", no_ibl, "ignored", "there is no ibl_texture"),
     ("smooth", lambda b: b.smooth and not_a_mesh(b), "ignored", "the object is no mesh"),
@@ -111,7 +114,5 @@ def account(document):
         for field, applies, outcome, text in OBJECT_ROWS:
             if applies(block):
                 block.source.becomes(field, outcome, text)
-        if isinstance(block.shape, MeshFile):
-            block.source.whole("unsupported", "meshes are left out")
         if isinstance(block.shape, Plane | InfinityLight) and any(block.emission) and any(block.color):
             block.source.remark("emission", "emits and reflects")

@@ -1,10 +1,13 @@
 """The place in a scene file where the parser stands, and what it has said so far."""
 
+import re
 from difflib import get_close_matches
 
 from translator.diagnostics import LineReport
 from translator.expressions import clip
 from translator.values import ValueReader
+
+_WORD = re.compile(r"[ \t]*([^ \t]*)[ \t]*")
 
 
 def nearest(word, words):
@@ -44,9 +47,8 @@ class Cursor:
 
     def keyword_text(self):
         """Word of the current line, the text behind it, and the column of that text, from 0."""
-        word, *rest = self.line.split(None, 1)
-        offset = len(self.line) - len(rest[0]) if rest else len(self.line)
-        return word, (rest[0] if rest else ""), offset
+        match = _WORD.match(self.line)
+        return match[1], self.line[match.end() :], match.end()
 
     def block_lines(self):
         """Step through the lines of a block, up to an empty line; comments are passed over.
@@ -67,7 +69,7 @@ class Cursor:
         at = self.at + 1
         while at < len(self.lines) and self.lines[at].startswith("#"):
             at += 1
-        if at >= len(self.lines) or not self.lines[at].strip():
+        if at >= len(self.lines) or not self.lines[at].strip(" \t"):
             found = "an empty line" if at < len(self.lines) else "the end of the file"
             self.error(len(word) + 1, f"{word} expects {what} on the next line, found {found}")
             return None

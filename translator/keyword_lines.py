@@ -61,7 +61,7 @@ def _below(cursor, row, word, reports):
     line = cursor.value_line(word, "its value")
     if line is None:
         return None
-    offset = len(line) - len(line.lstrip())
+    offset = len(line) - len(line.lstrip(" \t"))
     reports.append(LineReport(cursor.number, word))
     if row.kind == "phase":
         return _phase(cursor, row, line[offset:], offset, 1)

@@ -14,7 +14,7 @@ TWO_SIDED = (Hemisphere, Plane, MeshFile)
 9.2), and of a sphere one side is all that can be seen."""
 
 
-def area(block, entry, matrix, camera):
+def area(block, entry, matrix, camera, ambient=(0.0, 0.0, 0.0)):
     """Add the emitter of a surface's own emission to its shape's dictionary.
 
     Args:
@@ -22,6 +22,7 @@ def area(block, entry, matrix, camera):
         entry: the shape's dictionary.
         matrix: its transformation, (4, 4).
         camera: position of the camera, (3,): a sphere around it emits inwards.
+        ambient: radiance of the ambient light, added where the object also reflects (9.6).
     """
     kind = "twosidedarea" if isinstance(block.shape, TWO_SIDED) else "area"
     if isinstance(block.shape, Sphere):
@@ -33,7 +34,8 @@ def area(block, entry, matrix, camera):
                 del entry["flip_normals"]
             side = "inwards, towards the camera" if inside else "outwards"
             block.source.remark("emission", f"the sphere emits {side}")
-    return entry | {"emitter": {"type": kind, "radiance": rgb(block.emission)}}
+    radiance = np.array(block.emission) + (np.array(ambient) if any(block.color) else 0.0)
+    return entry | {"emitter": {"type": kind, "radiance": rgb(radiance)}}
 
 
 def _encloses(shape, matrix, point):

@@ -1,8 +1,11 @@
 """From the attributes of an object to its BSDF (spec section 8)."""
 
+from dataclasses import dataclass
+
 from translator.diagnostics import Problem
 from translator.dialects import note
-from translator.neutral import reflectance
+from translator.tints import entry, mean, times
+
 
 def check(document):
     """Problems of objects whose surface lacks its parameters."""
@@ -16,21 +19,35 @@ def check(document):
     return problems
 
 
-def bsdf(block, dialect="manual"):
+@dataclass(frozen=True)
+class Tints:
+    """The two colours of a surface: tuples, `Texture` or `VertexColor` (see `tints`)."""
+
+    color: object
+    specular: object
+
+
+def plain_tints(block):
+    """The tints that an object's own colour lines give."""
+    return Tints(block.color, block.specular)
+
+
+def bsdf(block, tints, dialect="manual"):
     """The BSDF's dictionary of an object; notes go to its lines.
 
     Args:
         block: `SceneObject`.
+        tints: its `Tints`.
         dialect: `manual` or `prender` (rows ward-diffuse and phong-diffuse).
     """
     kind = block.reflection.kind
     if kind == "glass":
-        return glass(block)
+        return glass(block, tints)
     if kind == "ward":
-        return twosided(ward(block, dialect))
+        return twosided(ward(block, tints, dialect))
     if kind == "phong":
-        return twosided(phong(block, dialect))
-    return twosided(lambert_or_mirror(block))
+        return twosided(phong(block, tints, dialect))
+    return twosided(lambert_or_mirror(block, tints))
 
 
 def twosided(inner):
@@ -40,31 +57,30 @@ def twosided(inner):
 
 def diffuse(color):
     """Lambert's reflection, f = color / pi (section 8.2)."""
-    return {"type": "diffuse", "reflectance": reflectance(color)}
+    return {"type": "diffuse", "reflectance": entry(color)}
 
 
 def mirror(color):
     """A perfect mirror of a colour (section 8.3)."""
-    return {"type": "conductor", "material": "none", "specular_reflectance": reflectance(color)}
+    return {"type": "conductor", "material": "none", "specular_reflectance": entry(color)}
 
 
-def lambert_or_mirror(block):
+def lambert_or_mirror(block, tints):
     """`diffuse` and `specular`: roughness weighs Lambert against the mirror (section 8.1)."""
     if block.reflection.kind is None:
         block.source.remark("", note("no-reflection-line", "manual"))
     weight = 1.0 if block.roughness is None else block.roughness
     if block.reflection.kind is None or weight == 1:
-        return diffuse(block.color)
+        return diffuse(tints.color)
     if weight == 0:
-        return mirror(block.color)
+        return mirror(tints.color)
     block.source.remark("roughness", note("roughness", "manual"))
-    parts = {"bsdf_0": mirror(block.color), "bsdf_1": diffuse(block.color)}
+    parts = {"bsdf_0": mirror(tints.color), "bsdf_1": diffuse(tints.color)}
     return {"type": "blendbsdf", "weight": weight} | parts
 
 
-def glass(block):
+def glass(block, tints):
     """Smooth glass with Schlick's Fresnel term (sections 8.4 and 8.7)."""
-    tint = reflectance(block.color)
     index = block.refractive_index
     if index == 0:
         block.source.remark("refractive_index", "0 read as 1.5")
@@ -73,8 +89,8 @@ def glass(block):
         "type": "schlickglass",
         "int_ior": index,
         "ext_ior": 1.0,
-        "specular_reflectance": tint,
-        "specular_transmittance": tint,
+        "specular_reflectance": entry(tints.color),
+        "specular_transmittance": entry(tints.color),
     }
     if block.reflection.dispersion:
         block.source.becomes("refractive_index", "ignored", "the dispersion formula gives the index")
@@ -85,53 +101,46 @@ def glass(block):
     return result
 
 
-def products(block, weights):
-    """Diffuse and specular reflectance: colour times rho_d and specular times rho_s."""
-    rho_d, rho_s = weights
-    return [rho_d * c for c in block.color], [rho_s * c for c in block.specular]
-
-
-def ward(block, dialect):
+def ward(block, tints, dialect):
     """Ward's reflection: the sum of both parts, or the program's blend (section 8.5)."""
     rho_d, rho_s, alpha_u, alpha_v = block.ward_brdf
-    diffuse_part, lobe = products(block, (rho_d, rho_s))
+    color, specular = times(tints.color, rho_d), times(tints.specular, rho_s)
     if dialect == "prender":
-        total = sum(diffuse_part) + sum(lobe)
-        share = sum(diffuse_part) / total if total > 0 else 0.0
-        diffuse_part, lobe = blended(diffuse_part, lobe, share)
-    if any(diffuse_part) and any(lobe):
+        total = mean(color) + mean(specular)
+        color, specular = blended(color, specular, mean(color) / total if total > 0 else 0.0)
+    if mean(color) > 0 and mean(specular) > 0:
         block.source.remark("ward_brdf", note("ward-diffuse", dialect))
     return {
         "type": "ward",
-        "diffuse_reflectance": reflectance(diffuse_part),
-        "specular_reflectance": reflectance(lobe),
+        "diffuse_reflectance": entry(color),
+        "specular_reflectance": entry(specular),
         "alpha_u": alpha_u,
         "alpha_v": alpha_v,
         "tangent_frame": "world",
     }
 
 
-def phong(block, dialect):
+def phong(block, tints, dialect):
     """Phong's reflection: the sum of both parts, or the program's blend (section 8.6)."""
     rho_d, rho_s, exponent = block.phong_brdf
-    diffuse_part, lobe = products(block, (rho_d, rho_s))
+    color, specular = times(tints.color, rho_d), times(tints.specular, rho_s)
     if dialect == "prender":
-        diffuse_part, lobe = blended(diffuse_part, lobe, block.roughness or 0.0)
+        color, specular = blended(color, specular, block.roughness or 0.0)
     elif block.roughness is not None:
         block.source.becomes("roughness", "ignored", note("phong-diffuse", dialect))
-    if any(diffuse_part) and any(lobe):
+    if mean(color) > 0 and mean(specular) > 0:
         block.source.remark("phong_brdf", note("phong-diffuse", dialect))
     return {
         "type": "phong",
-        "diffuse_reflectance": reflectance(diffuse_part),
-        "specular_reflectance": reflectance(lobe),
+        "diffuse_reflectance": entry(color),
+        "specular_reflectance": entry(specular),
         "exponent": exponent,
     }
 
 
-def blended(diffuse_part, lobe, share):
+def blended(color, specular, share):
     """The two parts weighed by `share` and 1 - `share`."""
-    return [share * c for c in diffuse_part], [(1 - share) * c for c in lobe]
+    return times(color, share), times(specular, 1 - share)
 
 
 UNUSED = {

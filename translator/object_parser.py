@@ -242,7 +242,7 @@ class _ObjectReader:
         line = cursor.value_line("reflection", "six coefficients")
         if line is None:
             return None
-        offset = len(line) - len(line.lstrip())
+        offset = len(line) - len(line.lstrip(" \t"))
         counts = tuple(range(1, 7))
         read = cursor.values.numbers("reflection", line[offset:], cursor.number, offset, counts)
         if read is None:

@@ -176,7 +176,7 @@ class _FileReader:
         if line is None:
             return
         reports.append(cursor.report("VAR"))
-        offset = len(line) - len(line.lstrip())
+        offset = len(line) - len(line.lstrip(" \t"))
         if line[offset] == "%":
             read = cursor.values.environment_value(line, cursor.number, offset)
         else:

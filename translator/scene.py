@@ -3,15 +3,17 @@
 import copy
 from dataclasses import dataclass
 
-import numpy as np
-
-from translator import account, camera, lights, materials, plan, surfaces
+from translator import account, camera, domes, lights, materials, plan, surfaces
 from translator.assets import Assets
-from translator.diagnostics import SceneError
+from translator.diagnostics import Problem, SceneError
 from translator.dialects import DIALECTS
 from translator.document import Document
-from translator.neutral import Picture, to_mitsuba
-from translator.shapes import MeshFile
+from translator.images import ImageError
+from translator.materials import Tints, plain_tints
+from translator.meshes import Meshes
+from translator.neutral import rgb, to_mitsuba
+from translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane
+from translator.tints import Texture, load_texture
 
 OWN_PLUGINS = {
     "ward": "bsdf",
@@ -26,6 +28,10 @@ OWN_PLUGINS = {
     "screencamera": "sensor",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
+
+
+PROGRAM_CUTOFF = 0.025
+"""The program's own default of `luminance_cutoff` (decisions, row luminance-cutoff)."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +71,15 @@ def translate(document, dialect="manual", asset_path=()):
 
     Raises:
         ValueError: unknown dialect.
-        SceneError: with every file that is missing (kind `asset`) and every object that lacks what
-            its surface needs.
+        SceneError: with every file that is missing or broken (kind `asset`) and every object that
+            lacks what its surface needs.
     """
     if dialect not in DIALECTS:
         raise ValueError(f"unknown dialect {dialect!r}, expected one of {', '.join(DIALECTS)}")
-    document = _private_copy(document)
+    # Notes on lines are made in the copy.
+    document = copy.deepcopy(document)
     if dialect == "prender" and "luminance_cutoff" not in document.source.reports:
-        document.luminance_cutoff = document.luminance_cutoff or 0.025
+        document.luminance_cutoff = document.luminance_cutoff or PROGRAM_CUTOFF
     assets = Assets(document, asset_path)
     problems = assets.problems() + materials.check(document)
     if problems:
@@ -83,54 +90,100 @@ def translate(document, dialect="manual", asset_path=()):
     spp = document.sampling * document.supersampling**2
     integrator, reason = plan.integrator(document, spp, dispersive)
     scene = {"type": "scene", "integrator": integrator, "sensor": camera.sensor(document, dialect)}
-    scene |= _objects(document, dialect)
-    if (background := lights.background(document)) is not None:
-        scene["background"] = background
+    scene |= _Objects(document, dialect, assets, dispersive).entries()
     made = plan.plan(document, scene, OWN_PLUGINS, dispersive, reason)
     return Translation(document, scene, made)
 
 
-def _private_copy(document):
-    """A copy whose line reports can be changed; reports of blocks are those of the document."""
-    return copy.deepcopy(document)
+class _Objects:
+    """Makes the shapes and emitters of a document, named by the line of their block."""
 
+    def __init__(self, document, dialect, assets, spectral):
+        self.document = document
+        self.dialect = dialect
+        self.find = assets.find
+        self.spectral = spectral
+        self.meshes = Meshes(assets.find, spectral)
+        origin = camera.view(document, dialect).origin
+        self.shapes = surfaces.Shapes(document, origin, dialect, self.mesh_box)
+        self.domes = domes.Domes(document, self.shapes, assets.find, dialect, spectral)
 
-def _objects(document, dialect):
-    """Shapes and emitters of all objects, named by the line of their block."""
-    entries = {}
-    shapes = surfaces.Shapes(document, camera.view(document, dialect).origin, dialect)
-    for index, block in enumerate(document.objects):
+    def mesh_box(self, block, matrix):
+        """Corners of a box around a mesh object, or None."""
+        return self.meshes.bounds(self.find(block.shape.file), matrix)
+
+    def entries(self):
+        """The dictionary of all objects and the background.
+
+        Raises:
+            SceneError: with every file that cannot be read.
+        """
+        entries, problems = {}, []
+        for index, block in enumerate(self.document.objects):
+            try:
+                entries |= self.object(index, block)
+            except SceneError as error:
+                line = block.source.line() + 1
+                problems += [Problem(line, 1, text, "asset") for text in error.described()]
+            except ImageError as error:
+                problems.append(Problem(block.source.line("texture"), 1, str(error), "asset"))
+        try:
+            background = domes.background(self.document, self.find)
+        except ImageError as error:
+            line = self.document.source.line("background_texture")
+            problems.append(Problem(line, 1, str(error), "asset"))
+        if problems:
+            raise SceneError(self.document.path, problems)
+        if background is None:
+            background = lights.background(self.document)
+        if background is not None and self.domes.environments:
+            self.document.source.becomes("background", "ignored", "an image-based light hides it")
+            self.document.source.becomes("background_texture", "ignored", "a dome hides it")
+        elif background is not None:
+            entries["background"] = background
+        return entries
+
+    def object(self, index, block):
+        """The entries of one object."""
         name = f"object_{block.source.line()}"
-        matrix = shapes.matrices[index]
-        emitters = lights.standalone(block, matrix, dialect)
-        for emitter in emitters:
-            entries[f"{name}_light"] = emitter
-        if not emitters and not left_out(block):
-            entries[name] = surface(shapes, index, block, matrix, dialect)
-        elif emitters and shapes.shape(index, block) is not None:
-            block.source.becomes("", "approximated", "the lamp itself is not shown")
-    return entries
+        matrix = self.shapes.matrices[index]
+        emitters = lights.standalone(block, matrix, self.dialect)
+        if emitters:
+            if not isinstance(block.shape, InfinityLight):
+                block.source.becomes("", "approximated", "the lamp itself is not shown")
+            return {f"{name}_light": emitter for emitter in emitters}
+        if block.ibl_texture is not None and not isinstance(block.shape, MeshFile):
+            return {name: self.domes.light(index, block)}
+        if isinstance(block.shape, MeshFile):
+            parts = self.meshes.parts(block, self.find(block.shape.file), matrix)
+            return {
+                name + part.name: self.surface(part.entry, part.block, part.tints, matrix, part.opacity)
+                for part in parts
+            }
+        entry = self.shapes.shape(index, block)
+        return {name: self.surface(entry, block, self.tints(block), matrix)}
 
+    def tints(self, block):
+        """The tints of a shape: `texture` replaces both colours (section 11.2)."""
+        if block.texture is None or isinstance(block.shape, Plane | Disk | Annulus):
+            return plain_tints(block)
+        picture = load_texture(self.find(block.texture), repeat=block.repeat, spectral=self.spectral)
+        block.source.becomes("color", "ignored", "texture takes its place")
+        return Tints(picture, picture)
 
-def left_out(block):
-    """Whether an object is not rendered yet."""
-    return isinstance(block.shape, MeshFile) or block.ibl_texture is not None
-
-
-def surface(shapes, index, block, matrix, dialect):
-    """The dictionary of an object's shape with its BSDF and emitter."""
-    entry = shapes.shape(index, block)
-    bsdf = materials.bsdf(block, dialect)
-    materials.account(block)
-    if entry.pop("upper_half", False):
-        bsdf = {"type": "mask", "opacity": upper_half(), "bsdf": bsdf}
-    entry["bsdf"] = bsdf
-    if any(block.emission):
-        entry = lights.area(block, entry, matrix, shapes.camera)
-    return entry
-
-
-def upper_half():
-    """A texture that is 1 on the half of a sphere around its polar axis +Z and 0 elsewhere."""
-    picture = Picture(np.array([[1.0], [0.0]], np.float32)[..., None])
-    return {"type": "bitmap", "picture": picture, "raw": True, "filter_type": "nearest"}
+    def surface(self, entry, block, tints, matrix, opacity=None):
+        """A shape's dictionary with its BSDF and emitter."""
+        bsdf = materials.bsdf(block, tints, self.dialect)
+        materials.account(block)
+        if isinstance(tints.color, Texture) and tints.color.alpha is not None:
+            opacity = tints.color.opacity()
+        if opacity is not None and opacity != 1:
+            bsdf = {"type": "mask", "opacity": opacity, "bsdf": bsdf}
+        entry["bsdf"] = bsdf
+        if any(block.emission):
+            return lights.area(block, entry, matrix, self.shapes.camera, self.document.ambient)
+        if any(self.document.ambient):
+            # Too many and too dim to be looked for: they are found by chance alone.
+            ambient = {"type": "twosidedarea", "radiance": rgb(self.document.ambient)}
+            entry["emitter"] = ambient | {"sampling_weight": 0.0}
+        return entry

@@ -23,7 +23,7 @@ PLANE_REACH = 100.0
 ANNULUS_SEGMENTS = 1024
 """Segments of a ring: its edge is at most 5e-6 of the radius off the circle."""
 
-DOME_SEGMENTS = 128
+DOME_SEGMENTS = 256
 """Segments of a tessellated dome or ellipsoid around its axis; half as many along a meridian."""
 
 
@@ -34,26 +34,44 @@ class Shapes:
         document: the document; notes go to its lines.
         camera: position of the camera, (3,).
         dialect: `manual` or `prender` (row uvplane-extent).
+        mesh_box: function from a mesh object and its matrix to corners (N, 3) or None; called only
+            where the size of the scene matters.
     """
 
-    def __init__(self, document, camera, dialect):
+    def __init__(self, document, camera, dialect, mesh_box):
         self.dialect = dialect
         self.camera = camera
         self.matrices = [geometry.compose(block.transforms) for block in document.objects]
         pairs = list(zip(document.objects, self.matrices, strict=True))
-        balls = {k: ball(block.shape, m) for k, (block, m) in enumerate(pairs)
-                 if isinstance(block.shape, Sphere)}
-        self.giants = [k for k, b in balls.items() if b and is_giant(b, camera)]
-        boxes = [box for k, (block, m) in enumerate(pairs)
-                 if k not in self.giants and (box := bounds(block.shape, m)) is not None]
-        corners = np.concatenate([camera[None], *boxes])
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        self.center = (low + high) / 2
-        self.extent = float(np.linalg.norm(high - low))
+        if not any(isinstance(b.shape, Plane | Sphere) for b, _ in pairs):
+            mesh_box = lambda *_: None  # noqa: E731
+        self.balls = {k: ball(block.shape, m) for k, (block, m) in enumerate(pairs)
+                      if isinstance(block.shape, Sphere | Hemisphere)}
+        self.giants = [k for k, b in self.balls.items() if self._is_giant(b, document.objects[k])]
+        boxes = {k: box for k, (block, m) in enumerate(pairs)
+                 if k not in self.giants and (box := self._box(block, m, mesh_box)) is not None}
+        self.center, self.size = _middle([camera[None], *boxes.values()])
+        # What surrounds the camera, such as a sky, does not tell how fine the scene is.
+        inner = [box for k, box in boxes.items() if not self.encloses(k, camera)]
+        self.extent = _middle([camera[None], *inner])[1]
         planes = [(geometry.point(m, b.shape.point), geometry.normal(m, b.shape.normal))
                   for b, m in pairs if isinstance(b.shape, Plane)]
-        giants = [balls[k] for k in self.giants]
+        giants = [self.balls[k] for k in self.giants]
         self.surroundings = Surroundings(giants, planes, camera, self.extent) if giants else None
+
+    def _is_giant(self, round_one, block):
+        fits = isinstance(block.shape, Sphere) and block.ibl_texture is None and not block.texture
+        return round_one is not None and fits and is_giant(round_one, self.camera)
+
+    def _box(self, block, matrix, mesh_box):
+        if isinstance(block.shape, MeshFile):
+            return mesh_box(block, matrix)
+        return bounds(block.shape, matrix)
+
+    def encloses(self, index, point):
+        """Whether an object is a sphere or hemisphere whose ball holds a point."""
+        round_one = self.balls.get(index)
+        return bool(round_one) and np.linalg.norm(point - round_one.center) < round_one.radius
 
     def shape(self, index, block):
         """The dictionary of an object's shape, without BSDF and emitter.
@@ -95,16 +113,12 @@ class Shapes:
         return entry | flipped(turned)
 
     def hemisphere(self, block, shape, matrix):
-        """The upper half of a sphere: the lower one is masked out by the polar coordinate v."""
-        linear = matrix[:3, :3]
-        if emits(block) or geometry.similarity_scale(linear) is None or np.linalg.det(linear) < 0:
-            block.source.becomes("", "approximated", f"a dome of {DOME_SEGMENTS} segments")
-            return mesh_entry(dome(shape, matrix, np.pi / 2), block.normal < 0)
-        # The sphere's polar axis is +Z: turn it to +Y.
-        upright = geometry.rotation((-90, 0, 0)) * shape.radius
-        to_world = matrix @ geometry.affine(upright, shape.center)
-        return {"type": "sphere", "to_world": Matrix.of(to_world),
-                "upper_half": True} | flipped(block.normal < 0)
+        """The upper half of a sphere, tessellated: a masked sphere would block explicit light."""
+        mesh = dome(shape, matrix, np.pi / 2)
+        off = 1 - np.cos(np.pi / DOME_SEGMENTS)
+        text = f"a dome of {DOME_SEGMENTS} segments, at most {off:.1g} of the radius off the sphere"
+        block.source.becomes("", "approximated", text)
+        return mesh_entry(mesh, block.normal < 0)
 
     def parallelogram(self, block, shape, matrix):
         u, v = np.array(shape.u), np.array(shape.v)
@@ -130,7 +144,7 @@ class Shapes:
         p = geometry.point(matrix, shape.point)
         foot = self.center - ((self.center - p) @ n) * n
         away = float(np.linalg.norm(self.center - foot))
-        side = PLANE_REACH * max(self.extent / 2, away, 1e-3)
+        side = PLANE_REACH * max(self.size / 2, away, 1e-3)
         block.source.remark("", f"infinite plane: a square of side {2 * side:g}")
         linear = geometry.frame(n) @ np.diag([side, side, 1.0])
         entry = {"type": "rectangle", "to_world": Matrix.of(geometry.affine(linear, foot))}
@@ -151,9 +165,11 @@ class Shapes:
         return mesh_entry(ring(shape.radius, shape.inner_radius, shape, matrix), block.normal < 0)
 
 
-def emits(block):
-    """Whether an object emits light of its own."""
-    return any(block.emission) or block.ibl_texture is not None
+def _middle(boxes):
+    """Centre and diagonal of the box around the corners of several boxes."""
+    corners = np.concatenate(boxes)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return (low + high) / 2, float(np.linalg.norm(high - low))
 
 
 def ball(shape, matrix):

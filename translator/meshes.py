@@ -1,0 +1,222 @@
+"""Mesh objects: OBJ files with their materials (spec section 12)."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from translator.diagnostics import Problem, SceneError
+from translator.images import ImageError
+from translator.materials import Tints
+from translator.mtl import MtlError, read_mtl
+from translator.neutral import Matrix, Mesh
+from translator.obj import MeshError, features, read_obj
+from translator.objects import Reflection
+from translator.tints import VertexColor, load_texture, times
+
+KINDS = dict(enumerate(("diffuse", "specular", "glass", "ward", "phong", "glass", "diffuse", "ward")))
+"""Kind of surface of each `#REFLECTION` code; 5 to 7 are subsurface scattering below it (8.8)."""
+
+BLACK = (0.0, 0.0, 0.0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Part:
+    """One material's share of a mesh object.
+
+    Attributes:
+        name: suffix for the scene dictionary.
+        entry: the shape's dictionary without BSDF.
+        block: `SceneObject` with the material's attributes in place of its own.
+        tints: its `Tints`.
+        opacity: a constant opacity, or None.
+    """
+
+    name: str
+    entry: dict
+    block: object
+    tints: Tints
+    opacity: float | None = None
+
+
+class Meshes:
+    """Reads the mesh files of one scene, each once.
+
+    Args:
+        find: function from the name of a file to its path or None.
+        spectral: whether the scene is rendered by wavelength.
+    """
+
+    def __init__(self, find, spectral=False):
+        self.find = find
+        self.spectral = spectral
+        self.files = {}
+
+    def read(self, path):
+        """The `ObjFile` of a path."""
+        if path not in self.files:
+            self.files[path] = read_obj(path)
+        return self.files[path]
+
+    def bounds(self, path, matrix):
+        """Corners of a box around a mesh file under a matrix: (2, 3), or None if unreadable."""
+        try:
+            positions = self.read(path).positions
+        except MeshError:
+            return None
+        world = positions @ matrix[:3, :3].T + matrix[:3, 3]
+        return np.stack([world.min(axis=0), world.max(axis=0)])
+
+    def parts(self, block, path, matrix):
+        """The parts of a mesh object.
+
+        Args:
+            block: `SceneObject` whose shape is a `MeshFile`.
+            path: its OBJ file.
+            matrix: its transformation, (4, 4).
+
+        Returns:
+            A list of `Part`.
+
+        Raises:
+            SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
+        """
+        try:
+            if path not in self.files and features(path).plain:
+                tint = tints(block, None, self.find, self.spectral)
+                return [Part("", stock_mesh(block, path, matrix), block, tint)]
+            return self._parts(block, path, matrix)
+        except (MeshError, MtlError) as error:
+            place = error.line or 0, error.column or 0
+            raise SceneError(error.path, [Problem(*place, error.message, "asset")]) from None
+        except ImageError as error:
+            raise SceneError(error.path, [Problem(0, 0, error.message, "asset")]) from None
+
+    def _parts(self, block, path, matrix):
+        """The parts of a file with materials, vertex colours or other extensions."""
+        obj = self.read(path)
+        for line, text in obj.notes[:20]:
+            block.source.remark("", f"{Path(path).name}:{line}: {text}")
+        library = materials(obj, path, self.find, block)
+        result = []
+        for index, group in enumerate(obj.groups):
+            material = library.get((group.material or "").casefold())
+            described = block if material is None else with_material(block, material)
+            colored = group.colors is not None
+            tint = tints(described, material, self.find, self.spectral, colored, block.color)
+            entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
+            opacity = None if material is None or material.map_kd else material.opacity
+            name = f"_{index}" if len(obj.groups) > 1 else ""
+            result.append(Part(name, entry, described, tint, opacity))
+        return result
+
+
+def stock_mesh(block, path, matrix):
+    """The dictionary of a mesh that Mitsuba's own reader reads as we would, and faster."""
+    entry = {
+        "type": "obj",
+        "filename": str(path),
+        "face_normals": not block.smooth,
+        "to_world": Matrix.of(matrix),
+    }
+    turned = (block.normal < 0) != (np.linalg.det(matrix[:3, :3]) < 0)
+    return entry | ({"flip_normals": True} if turned else {})
+
+
+def materials(obj, path, find, block):
+    """The materials of all MTL files that an OBJ file names; a missing one is noted."""
+    library = {}
+    for line, name in obj.mtllib:
+        beside = Path(path).with_name(name)
+        file = beside if beside.is_file() else find(name)
+        if file is None:
+            block.source.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
+            continue
+        found = read_mtl(file)
+        for note in found.notes[:20]:
+            block.source.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
+        library.update(found)
+    return library
+
+
+def with_material(block, material):
+    """An object with what an MTL material sets (section 12.2)."""
+    changes = {}
+    if material.color is not None and material.map_kd is None:
+        changes["color"] = material.color
+    if material.specular is not None:
+        is_diffuse = block.reflection.kind in (None, "diffuse")
+        changes["specular"] = BLACK if is_diffuse else material.specular
+    kind = KINDS.get(material.reflection)
+    if kind is not None:
+        changes |= reflecting(kind, material)
+    return dataclasses.replace(block, **changes)
+
+
+def reflecting(kind, material):
+    """What `#REFLECTION` and the keys that depend on it set."""
+    color, specular = material.color or BLACK, material.specular or BLACK
+    changes = {
+        "reflection": Reflection(kind, subsurface=material.reflection >= 5),
+        "emission": material.emission or BLACK,
+        "refractive_index": material.ni or 0.0,
+        "roughness": material.diffuse_weight,
+        "color": specular if kind in ("specular", "glass") else color,
+        "specular": specular,
+    }
+    if kind == "ward":
+        changes["ward_brdf"] = (1.0, 1.0, *(x or 1e-3 for x in material.ward or (0.1, 0.1)))
+    if kind == "phong":
+        changes["phong_brdf"] = (1.0, 1.0, 5.0 if material.ns is None else material.ns)
+    return changes
+
+
+def tints(block, material, find, spectral, colored=False, object_color=None):
+    """The `Tints` of a part: a picture, vertex colours or plain colours (sections 11.2 and 12)."""
+    if material is not None and material.map_kd is not None:
+        file = material.map_kd.file
+        path = find(file)
+        if path is None:
+            block.source.becomes("", "approximated", f"no such file '{file}' for map_Kd")
+            return Tints(object_color, block.specular)
+        u, v, _ = material.map_kd.scale
+        du, dv, _ = material.map_kd.offset
+        picture = load_texture(
+            path,
+            flip=False,
+            repeat=material.repeat or block.repeat,
+            uv_scale=(u, v),
+            uv_offset=(du, -dv),
+            spectral=spectral,
+        )
+        return Tints(times(picture, object_color), block.specular)
+    if block.texture is not None:
+        picture = load_texture(find(block.texture), flip=False, repeat=block.repeat, spectral=spectral)
+        return Tints(picture, block.specular)
+    if colored and (material is None or material.color is None):
+        return Tints(VertexColor(), block.specular)
+    return Tints(block.color, block.specular)
+
+
+def smooth(block, material):
+    """Whether normals are interpolated: `#SMOOTH` before `smooth`."""
+    if material is not None and material.smooth is not None:
+        return material.smooth != 0
+    return block.smooth
+
+
+def mesh(obj, group, matrix, smoothed, turned, tint):
+    """The dictionary of one group of faces under a matrix."""
+    normals = None
+    if smoothed:
+        normals = group.normals if group.normals is not None else obj.smooth_normals(group)
+        normals = normals @ np.linalg.inv(matrix[:3, :3])
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    vertices = group.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    faces = group.faces[:, ::-1] if mirrored != turned else group.faces
+    if turned and normals is not None:
+        normals = -normals
+    uv = None if group.uv is None else np.stack([group.uv[:, 0], 1 - group.uv[:, 1]], axis=1)
+    colors = group.colors if isinstance(tint.color, VertexColor) else None
+    return {"type": "mesh", "mesh": Mesh(vertices, faces, normals, uv, colors)}

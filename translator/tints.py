@@ -1,0 +1,122 @@
+"""Reflectances: a colour, a picture or the vertex colours of a mesh, multiplied and translated.
+
+Three kinds of value serve wherever a surface has a colour: a tuple of three numbers, a `Texture`
+and `VertexColor`.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from translator.images import as_texture, read_image
+from translator.neutral import Matrix, Picture, reflectance
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """A picture on a surface.
+
+    Attributes:
+        rgb: (height, width, 3) linear, as Mitsuba takes it: the row at v = 0 first.
+        alpha: (height, width) opacity, or None where everything is opaque.
+        uv_scale, uv_offset: factors and shifts of u and v.
+        spectral: whether the scene is rendered by wavelength.
+    """
+
+    rgb: np.ndarray
+    alpha: np.ndarray | None = None
+    uv_scale: tuple[float, float] = (1.0, 1.0)
+    uv_offset: tuple[float, float] = (0.0, 0.0)
+    spectral: bool = False
+
+    def times(self, factors):
+        """The texture with every texel multiplied by three factors."""
+        return replace(self, rgb=self.rgb * np.asarray(factors, np.float32))
+
+    def entry(self):
+        """The dictionary of the texture."""
+        # By wavelength, colours must be converted to spectra; else the values are used as they are.
+        return self._bitmap(self.rgb, raw=not self.spectral)
+
+    def opacity(self):
+        """The dictionary of the opacity, None where everything is opaque."""
+        return None if self.alpha is None else self._bitmap(self.alpha[..., None], raw=True)
+
+    def _bitmap(self, pixels, raw):
+        entry = {"type": "bitmap", "picture": Picture(pixels), "raw": raw, "filter_type": "nearest"}
+        if self.uv_scale != (1.0, 1.0) or self.uv_offset != (0.0, 0.0):
+            entry["to_uv"] = uv_matrix(self.uv_scale, self.uv_offset)
+        return entry
+
+
+@dataclass(frozen=True)
+class VertexColor:
+    """The colours of a mesh's vertices, multiplied by `factor`."""
+
+    factor: float = 1.0
+
+    def times(self, factors):
+        """The vertex colours multiplied by the mean of three more factors."""
+        return VertexColor(self.factor * float(np.mean(factors)))
+
+    def entry(self):
+        """The dictionary of the texture."""
+        return {"type": "mesh_attribute", "name": "vertex_color", "scale": self.factor}
+
+
+def uv_matrix(scale, offset):
+    """Mitsuba's `to_uv` for u' = scale u + offset."""
+    matrix = np.diag([scale[0], scale[1], 1.0, 1.0])
+    matrix[:2, 3] = offset
+    return Matrix.of(matrix)
+
+
+def times(tint, factors):
+    """A tint multiplied by three factors or one number."""
+    factors = tuple(factors) if np.ndim(factors) else (factors,) * 3
+    if isinstance(tint, Texture | VertexColor):
+        return tint.times(factors)
+    return tuple(a * b for a, b in zip(tint, factors, strict=True))
+
+
+def entry(tint):
+    """What a BSDF takes as a reflectance."""
+    return tint.entry() if isinstance(tint, Texture | VertexColor) else reflectance(tint)
+
+
+def mean(tint):
+    """Mean over channels and texels; vertex colours count as 1."""
+    if isinstance(tint, Texture):
+        return float(tint.rgb.mean())
+    return float(np.mean(tint.factor if isinstance(tint, VertexColor) else tint))
+
+
+def load_texture(path, *, flip=True, repeat=1, uv_scale=(1.0, 1.0), uv_offset=(0.0, 0.0),
+                 spectral=False):
+    """The `Texture` of a picture file.
+
+    The original program takes the texel in column floor((w - 1) u) and, from the bottom, row
+    floor((h - 1) v): for u and v below 1 the last column and the top row are never met (section
+    11.1). They are left out here, and the nearest texel is then the same one.
+
+    Args:
+        path: the picture.
+        flip: True for shapes, whose v = 0 is the bottom row; False for meshes, whose v is turned
+            round when they are read.
+        repeat: how often the picture repeats along each side.
+        uv_scale: further factors of u and v.
+        uv_offset: shifts of u and v.
+        spectral: whether the scene is rendered by wavelength.
+
+    Raises:
+        ImageError: the file is no picture.
+    """
+    image = as_texture(read_image(path))
+    top, last = min(1, image.rgb.shape[0] - 1), max(1, image.rgb.shape[1] - 1)
+    rgb, alpha = image.rgb[top:, :last], image.alpha
+    alpha = None if alpha is None else alpha[top:, :last]
+    if flip:
+        rgb, alpha = rgb[::-1], None if alpha is None else alpha[::-1]
+    scale = (uv_scale[0] * repeat, uv_scale[1] * repeat)
+    offset = (uv_offset[0] * repeat, uv_offset[1] * repeat)
+    return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral)
