@@ -57,7 +57,7 @@ def define():
             L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
             if self.limited:
                 Y = mi.luminance(L, ray.wavelengths, active)
-                L *= dr.select(Y > self.luminance_limit, self.luminance_limit / Y, 1)
+                L *= dr.minimum(1, self.luminance_limit / dr.maximum(Y, 1e-30))
             return L * self.response, valid, aovs
 
         def to_string(self):

@@ -53,8 +53,17 @@ def translate(document, *, dialect="manual", asset_path=()):
     return translation.dictionary()
 
 
-def render(path_or_document, *, size=None, spp=None, seed=0, integrator=None, variant=None,
-           dialect="manual", asset_path=()):
+def render(
+    path_or_document,
+    *,
+    size=None,
+    spp=None,
+    seed=0,
+    integrator=None,
+    variant=None,
+    dialect="manual",
+    asset_path=(),
+):
     """Render a scene.
 
     Args:
@@ -91,7 +100,7 @@ def resized(document, size=None, spp=None):
     """
     if size is not None:
         width, height = (int(x) for x in size)
-        if not (1 <= min(width, height) and max(width, height) <= MAX_SIDE) or (
+        if not (min(width, height) >= 1 and max(width, height) <= MAX_SIDE) or (
             width * height > MAX_PIXELS
         ):
             limit = f"expected sides of 1 to {MAX_SIDE} and at most {MAX_PIXELS} pixels"
@@ -126,7 +135,9 @@ def usable_variant(plan, wanted=None):
         warnings.warn(f"rendering slowly with {FALLBACK}: {library.reason}", stacklevel=2)
         return FALLBACK
     if name.startswith("scalar") and plan.plugins:
-        raise CannotRender(f"{name} does not run the plugins of this scene: {', '.join(plan.plugins)}")
+        raise CannotRender(
+            f"{name} does not run the plugins of this scene: {', '.join(plan.plugins)}"
+        )
     return name
 
 

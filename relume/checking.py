@@ -15,6 +15,7 @@ EXIT = {"ok": 0, "error": 1, "unsupported": 3}
 
 STYLES = {"translated": "", "approximated": "yellow", "ignored": "dim", "unsupported": "red"}
 
+
 def check_file(path, dialect="manual", asset_path=(), environ=None):
     """Check one scene file.
 
@@ -44,6 +45,7 @@ def check_file(path, dialect="manual", asset_path=(), environ=None):
         "plan": None if problems else plan,
     }
 
+
 def files_below(paths):
     """The files named, and for folders the `.txt` files below them, in order.
 
@@ -55,10 +57,12 @@ def files_below(paths):
         else:
             yield path
 
+
 def exit_status(results):
-    """Exit status for a list of results: 1 for any error, else 3 for anything unsupported, else 0."""
+    """Exit status for a list of results: 1 for any error, else 3 for anything unsupported."""
     found = {result["status"] for result in results}
     return next((EXIT[status] for status in ("error", "unsupported") if status in found), 0)
+
 
 def print_results(results, console, *, every_line=True):
     """Print results as tables.
@@ -81,20 +85,34 @@ def print_results(results, console, *, every_line=True):
         counts = {s: sum(result["status"] == s for result in results) for s in EXIT}
         console.print(f"{len(results)} files: " + ", ".join(f"{n} {s}" for s, n in counts.items()))
 
+
 def _print_lines(result, console, every_line):
-    lines = [line for line in result["lines"]
-             if every_line or line["note"] or line["outcome"] != "translated"]
+    lines = [
+        line
+        for line in result["lines"]
+        if every_line or line["note"] or line["outcome"] != "translated"
+    ]
     if not lines:
         return
     table = Table(box=None, pad_edge=True, header_style="dim")
     for heading in ("line", "keyword", "outcome", "note"):
-        table.add_column(heading, justify="right" if heading == "line" else "left",
-                         overflow="fold", no_wrap=heading in ("line", "outcome"))
+        table.add_column(
+            heading,
+            justify="right" if heading == "line" else "left",
+            overflow="fold",
+            no_wrap=heading in ("line", "outcome"),
+        )
     for line in lines:
         style = STYLES[line["outcome"]]
-        table.add_row(str(line["line"]), escape(line["keyword"]), line["outcome"],
-                      escape(line["note"]), style=style)
+        table.add_row(
+            str(line["line"]),
+            escape(line["keyword"]),
+            line["outcome"],
+            escape(line["note"]),
+            style=style,
+        )
     console.print(table)
+
 
 def _print_plan(plan, console):
     reasons = plan["reasons"]

@@ -28,11 +28,21 @@ class Size(click.ParamType):
 def scene_options(command):
     """Options of every command that translates a scene."""
     for option in (
-        click.option("--asset-path", "asset_path", multiple=True, metavar="DIR",
-                     type=click.Path(exists=True, file_okay=False),
-                     help="Look for the scene's files below DIR, too (repeatable)."),
-        click.option("--dialect", type=click.Choice(DIALECTS), default="manual", show_default=True,
-                     help="Follow the manual, or the original program where the two differ."),
+        click.option(
+            "--asset-path",
+            "asset_path",
+            multiple=True,
+            metavar="DIR",
+            type=click.Path(exists=True, file_okay=False),
+            help="Look for the scene's files below DIR, too (repeatable).",
+        ),
+        click.option(
+            "--dialect",
+            type=click.Choice(DIALECTS),
+            default="manual",
+            show_default=True,
+            help="Follow the manual, or the original program where the two differ.",
+        ),
     ):
         command = option(command)
     return command
@@ -71,16 +81,30 @@ def check(paths, as_json, brief, dialect, asset_path):
 
 @main.command()
 @click.argument("scene", type=click.Path())
-@click.option("-o", "--output", "out", metavar="FILE",
-              help="Picture file (.exr .hdr .png .bmp .ppm), or a folder.")
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    metavar="FILE",
+    help="Picture file (.exr .hdr .png .bmp .ppm), or a folder.",
+)
 @click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel.")
 @click.option("--size", type=Size(), help="Size of the picture.")
 @click.option("--integrator", metavar="ID", help="Integrator plugin instead of the planned one.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
-              help="The same seed gives the same picture.")
-@click.option("--time-limit", type=click.FloatRange(min=0), metavar="SECONDS",
-              help="Stop then, with what there is.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="The same seed gives the same picture.",
+)
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0),
+    metavar="SECONDS",
+    help="Stop then, with what there is.",
+)
 @scene_options
 def render(scene, **options):
     """Render a scene file; Ctrl-C keeps the picture so far."""

@@ -22,7 +22,8 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     Args:
         path: the scene file.
         out: the XML file.
-        dialect, asset_path: as `relume.translate`.
+        dialect: as `relume.translate`.
+        asset_path: as `relume.translate`.
 
     Returns:
         Paths of the files written, the XML first.
@@ -141,10 +142,10 @@ def _source(value, depth):
 
 def _entries(value, depth):
     inner = "    " * (depth + 1)
-    lines = [
-        f"{inner}{('bitmap' if isinstance(item, Picture) else key)!r}: {_source(item, depth + 1)},\n"
-        for key, item in value.items()
-    ]
+    lines = []
+    for key, item in value.items():
+        key = "bitmap" if isinstance(item, Picture) else key
+        lines.append(f"{inner}{key!r}: {_source(item, depth + 1)},\n")
     return "{\n" + "".join(lines) + "    " * depth + "}"
 
 

@@ -23,15 +23,33 @@ DUMP_INTERVAL = 60.0
 """With a time limit the picture so far is written each minute, as the manual says [s]."""
 
 
-def render_file(path, *, out=None, size=None, spp=None, seed=0, integrator=None, variant=None,
-                dialect="manual", asset_path=(), time_limit=None, console):
+def render_file(
+    path,
+    *,
+    out=None,
+    size=None,
+    spp=None,
+    seed=0,
+    integrator=None,
+    variant=None,
+    dialect="manual",
+    asset_path=(),
+    time_limit=None,
+    console,
+):
     """Render a scene file and write its picture.
 
     Args:
         path: the scene file.
         out: picture file, or a folder (existing, or with a trailing slash) for the name that the
             scene gives; None for the scene's name below the working directory.
-        size, spp, seed, integrator, variant, dialect, asset_path: as `relume.render`.
+        size: as `relume.render`, and so are the others up to `asset_path`.
+        spp: samples of a pixel.
+        seed: seed of the session.
+        integrator: plugin id.
+        variant: Mitsuba variant.
+        dialect: `manual` or `prender`.
+        asset_path: folders of the scene's files.
         time_limit: seconds after which rendering stops with what it has; None for the scene's.
         console: `rich.console.Console` for progress and notes.
 
@@ -66,8 +84,10 @@ def report(translation, console):
     for outcome, style in (("unsupported", "red"), ("approximated", "yellow")):
         lines = [r for r in translation.document.source.all if r.outcome == outcome and r.note]
         for line in lines[:12]:
-            console.print(f"[{style}]{outcome}[/] line {line.line}, {line.keyword}: {line.note}",
-                          highlight=False)
+            console.print(
+                f"[{style}]{outcome}[/] line {line.line}, {line.keyword}: {line.note}",
+                highlight=False,
+            )
         if len(lines) > 12:
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
 
@@ -107,8 +127,15 @@ class Destination:
         path = self.exact
         if path is None:
             name = output.output_name(
-                self.stem, self.extension, document.sampling, document.supersampling, seconds, spp,
-                nes=document.next_event_estimation, spectrum=spectral, suffix=document.suffix,
+                self.stem,
+                self.extension,
+                document.sampling,
+                document.supersampling,
+                seconds,
+                spp,
+                nes=document.next_event_estimation,
+                spectrum=spectral,
+                suffix=document.suffix,
             )
             path, note = output.safe_path(name, self.folder)
             self.notes += [note] if note else []
@@ -158,8 +185,13 @@ def run(session, dumps, time_limit, stop, console):
         Why it ended early, or an empty string.
     """
     columns = (
-        TextColumn("pass"), MofNCompleteColumn(), BarColumn(), TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
+        TextColumn("pass"),
+        MofNCompleteColumn(),
+        BarColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
     )
     pixels = session.width * session.height
     with Progress(*columns, console=console, transient=True) as bar:

@@ -142,7 +142,5 @@ class Session:
 
     def _whole(self, spp, index):
         """The mean of a pass by Mitsuba's own means: (pixels, 3)."""
-        image = mi.render(
-            self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index)
-        )
+        image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
         return np.array(image, dtype=float).reshape(-1, 3)

@@ -19,8 +19,8 @@ r"""Camera with a screen of any shape (`screencamera`)
 The ray through film position :math:`(p, q) \in [0,1]^2` from the top left corner has the direction
 :math:`\hat d + W (p - 1/2) \hat r + H (1/2 - q) \hat u`. With a lens of radius :math:`a` its origin
 moves by a point of a disk of that radius in the world's XY plane, and it still passes through
-:math:`c + \omega f / |\omega_z|`: the lens of the original renderer, which is a thin lens only for a
-camera that looks along Z.
+:math:`c + \omega f / |\omega_z|`: the lens of the original renderer, which is a thin lens only for
+a camera that looks along Z.
 
 Source: the renderer's manual, `SCREEN`; scene language sections 5.1 and 5.5.
 
@@ -55,7 +55,9 @@ def define():
             for name in ("width", "height", "aperture_radius", "focus_distance"):
                 cb.put(name, getattr(self, name), mi.ParamFlags.NonDifferentiable)
 
-        def sample_ray(self, time, wavelength_sample, position_sample, aperture_sample, active=True):
+        def sample_ray(
+            self, time, wavelength_sample, position_sample, aperture_sample, active=True
+        ):
             si = dr.zeros(mi.SurfaceInteraction3f)
             wavelengths, weight = self.sample_wavelengths(si, wavelength_sample, active)
             p, q = position_sample.x, position_sample.y

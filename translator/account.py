@@ -19,10 +19,12 @@ DOCUMENT_ROWS = (
     ("mutation", lambda d: d.metropolis or d.erpt, "unsupported", "for Metropolis renders"),
     ("mlt_sample", lambda d: d.metropolis, "unsupported", "for Metropolis renders"),
     ("mlt_resampling", lambda d: d.metropolis, "unsupported", "for Metropolis renders"),
-    ("mutation", lambda d: not (d.metropolis or d.erpt), "ignored", "no Metropolis render is asked for"),
+    ("mutation", lambda d: not (d.metropolis or d.erpt), "ignored",
+     "no Metropolis render is asked for"),
     ("mlt_sample", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
     ("mlt_resampling", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
-    ("participating_media", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
+    ("participating_media", lambda d: d.participating_media, "unsupported",
+     "rendered without a medium"),
     ("scattering", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
     ("absorbing", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
     ("phase", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
@@ -33,8 +35,10 @@ DOCUMENT_ROWS = (
     ("coef", lambda d: not d.background_texture, "ignored", "there is no background_texture"),
     ("velocity", lambda d: any(d.velocity), "unsupported", GRAVITY),
     ("special_relativity_effects", lambda d: d.special_relativity_effects, "unsupported", GRAVITY),
-    ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "unsupported", GRAVITY),
-    ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "unsupported", GRAVITY),
+    ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "unsupported",
+     GRAVITY),
+    ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "unsupported",
+     GRAVITY),
     ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "unsupported", GRAVITY),
 )
 
@@ -50,7 +54,8 @@ def no_ibl(block):
 
 
 def mapped(block):
-    return block.panoramic_map or block.angular_map or block.equirectangular_map or block.hemisphere_map
+    flags = ("panoramic_map", "angular_map", "equirectangular_map", "hemisphere_map")
+    return any(getattr(block, flag) for flag in flags)
 
 
 def not_a_mesh(block):
@@ -65,9 +70,12 @@ OBJECT_ROWS = (
     ("disk_map", lambda b: b.disk_map and not b.texture, "ignored", "there is no texture"),
     ("background", lambda b: b.background, "unsupported", "shown lit"),
     ("shadow", lambda b: b.shadow, "unsupported", "shown as an ordinary plane"),
-    ("texture", lambda b: isinstance(b.shape, Plane), "ignored", "an infinite plane has no texture"),
-    ("texture", lambda b: isinstance(b.shape, Disk | Annulus), "unsupported", "rendered with its colour"),
-    ("texture", lambda b: b.texture and mapped(b), "unsupported", "mapped by the default coordinates"),
+    ("texture", lambda b: isinstance(b.shape, Plane), "ignored",
+     "an infinite plane has no texture"),
+    ("texture", lambda b: isinstance(b.shape, Disk | Annulus), "unsupported",
+     "rendered with its colour"),
+    ("texture", lambda b: b.texture and mapped(b), "unsupported",
+     "mapped by the default coordinates"),
     ("ibl_texture", lambda b: b.ibl_texture and isinstance(b.shape, MeshFile), "unsupported",
      "the mesh shines with its emission alone"),
     ("bump_texture", ALWAYS, "unsupported", "rendered smooth"),
@@ -89,7 +97,8 @@ OBJECT_ROWS = (
      "only a sphere can be a spot light"),
     *((field, lambda b: not (b.spot_light and isinstance(b.shape, Sphere)), "ignored",
        "the object is no spot light")
-      for field in ("spot_light_dir", "spot_light_angle", "spot_light_falloff", "spot_attenuation")),
+      for field in ("spot_light_dir", "spot_light_angle", "spot_light_falloff",
+                    "spot_attenuation")),
 )
 
 NOTES = (
@@ -114,5 +123,6 @@ def account(document):
         for field, applies, outcome, text in OBJECT_ROWS:
             if applies(block):
                 block.source.becomes(field, outcome, text)
-        if isinstance(block.shape, Plane | InfinityLight) and any(block.emission) and any(block.color):
+        if isinstance(block.shape,
+                      Plane | InfinityLight) and any(block.emission) and any(block.color):
             block.source.remark("emission", "emits and reflects")

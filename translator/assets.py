@@ -35,7 +35,9 @@ class Assets:
     def problems(self):
         """A problem of kind `asset` for each missing file, at the line that names it."""
         return [
-            Problem(line, column, f"no such file '{clip(name, 80)}'; looked in {self.places()}", "asset")
+            Problem(
+                line, column, f"no such file '{clip(name, 80)}'; looked in {self.places()}", "asset"
+            )
             for line, column, name in self.named
             if self.found[name] is None
         ]

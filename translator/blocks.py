@@ -47,7 +47,8 @@ class BlackHole:
     accretion_disk_texture: str | None = outside(
         "accretion_disk_texture", "text", 1, None, "Picture of the disk."
     )
-    background_texture: str | None = outside("background_texture", "text", 1, None, "Picture of the sky.")
+    background_texture: str | None = outside("background_texture", "text", 1, None,
+                                             "Picture of the sky.")
     map_coef: tuple = outside("map_coef", "number", 4, (1.0, 0.0, 1.0, 0.0), "Turn of the sky.")
     coef: float = outside("coef", "number", 1, 1.0, "Factor of the sky.")
     source: Source = field(default_factory=Source, compare=False, repr=False)
@@ -71,8 +72,10 @@ class WormHole:
     )
     background_texture1: str | None = outside("background_texture1", "text", 1, None, "Near sky.")
     background_texture2: str | None = outside("background_texture2", "text", 1, None, "Far sky.")
-    map_coef1: tuple = outside("map_coef1", "number", 4, (1.0, 0.0, 1.0, 0.0), "Turn of the near sky.")
-    map_coef2: tuple = outside("map_coef2", "number", 4, (1.0, 0.0, 1.0, 0.0), "Turn of the far sky.")
+    map_coef1: tuple = outside("map_coef1", "number", 4, (1.0, 0.0, 1.0, 0.0),
+                               "Turn of the near sky.")
+    map_coef2: tuple = outside("map_coef2", "number", 4, (1.0, 0.0, 1.0, 0.0),
+                               "Turn of the far sky.")
     coef1: float = outside("coef1", "number", 1, 1.0, "Factor of the near sky.")
     coef2: float = outside("coef2", "number", 1, 1.0, "Factor of the far sky.")
     source: Source = field(default_factory=Source, compare=False, repr=False)

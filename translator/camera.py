@@ -73,11 +73,19 @@ def sensor(document, dialect="manual"):
         "sampler": {"type": "independent"},
     }
     radius, focus = document.lens
-    square = math.isclose(seen.width * document.image[1], seen.height * document.image[0], rel_tol=1e-9)
+    square = math.isclose(
+        seen.width * document.image[1], seen.height * document.image[0], rel_tol=1e-9
+    )
     along_z = math.hypot(*seen.direction[:2]) <= AXIS_TOLERANCE
     if square and (radius <= 0 or along_z):
         fov = math.degrees(2 * math.atan(seen.height / 2))
-        result = {"type": "perspective", "fov_axis": "y", "fov": fov, "near_clip": NEAR, "far_clip": FAR}
+        result = {
+            "type": "perspective",
+            "fov_axis": "y",
+            "fov": fov,
+            "near_clip": NEAR,
+            "far_clip": FAR,
+        }
         if radius > 0:
             result |= {"type": "thinlens", "aperture_radius": radius, "focus_distance": abs(focus)}
         return result | common

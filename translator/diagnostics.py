@@ -39,7 +39,9 @@ class SceneError(Exception):
     def described(self):
         """The errors as `file:line:column: message` lines."""
         return [
-            f"{self.file}:{p.line}:{p.column}: {p.message}" if p.line else f"{self.file}: {p.message}"
+            f"{self.file}:{p.line}:{p.column}: {p.message}"
+            if p.line
+            else f"{self.file}: {p.message}"
             for p in self.problems
         ]
 

@@ -52,7 +52,8 @@ class Document:
     )
     output: str = n("OUTPUT", "text", 1, "output.ppm", "Name of the picture file.", section="13.5")
     suffix: str = keyword(
-        "SUFFIX_SYMBOL", ENVIRONMENT, "text", 1, "", "Text appended to the stem of the picture's name.",
+        "SUFFIX_SYMBOL", ENVIRONMENT, "text", 1, "",
+        "Text appended to the stem of the picture's name.",
         environment=("SUFFIX_SYMBOL",), section="3",
     )
     image_dump: float = n(
@@ -85,7 +86,8 @@ class Document:
         unit="scene unit", section="5",
     )
     camera_dir: tuple = n(
-        "CAMERA_DIR", "number", 3, (0.0, -0.04, -1.0), "Viewing direction; need not be of length 1.",
+        "CAMERA_DIR", "number", 3, (0.0, -0.04, -1.0),
+        "Viewing direction; need not be of length 1.",
         section="5",
     )
     camera_upvec: tuple = n(
@@ -105,11 +107,13 @@ class Document:
         section="5.3",
     )
     lens: tuple[float, float] = n(
-        "LENS", "number", 2, (-1.0, 0.0), "Radius of the lens (0 or less: a pinhole) and focal distance.",
+        "LENS", "number", 2, (-1.0, 0.0),
+        "Radius of the lens (0 or less: a pinhole) and focal distance.",
         unit="scene unit", section="5.5", in_manual=False,
     )
     variables: dict[str, float] = keyword(
-        "VAR", SAME_LINE, "variable", 1, {}, "Define a variable for later expressions; the first counts.",
+        "VAR", SAME_LINE, "variable", 1, {},
+        "Define a variable for later expressions; the first counts.",
         section="2",
     )
     depth: float = n(
@@ -142,7 +146,8 @@ class Document:
         "for each channel on the same line.",
         low=-1, high=1, aliases=("PHASE",), section="10.1",
     )
-    tent_filter: bool = n("tentfilter", "flag", 1, False, "Reconstruct with a tent filter.", section="13.4")
+    tent_filter: bool = n("tentfilter", "flag", 1, False, "Reconstruct with a tent filter.",
+                          section="13.4")
     gamma_offset: float = n(
         "gamma_offset", "number", 1, 0.0, "Exponent of display files; 0 stands for 1/2.2.",
         low=0, high=10, section="13.5",
@@ -161,7 +166,8 @@ class Document:
         low=0, section="4", in_manual=False,
     )
     ambient: tuple = keyword(
-        "ENV_LIGHT", SAME_LINE, "ambient", 3, BLACK, "Radiance added at every surface that is no light.",
+        "ENV_LIGHT", SAME_LINE, "ambient", 3, BLACK,
+        "Radiance added at every surface that is no light.",
         low=0, aliases=("ENVLIGHT",), environment=("ENVLIGHT_R", "ENVLIGHT_G", "ENVLIGHT_B"),
         section="9.6",
     )

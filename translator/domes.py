@@ -151,7 +151,10 @@ def _angular(z):
 
 
 FORMULAS = {
-    "transposed": lambda n: (np.arccos(np.clip(n[..., 2], -1, 1)) / np.pi, _turn(n[..., 1], n[..., 0])),
+    "transposed": lambda n: (
+        np.arccos(np.clip(n[..., 2], -1, 1)) / np.pi,
+        _turn(n[..., 1], n[..., 0]),
+    ),
     "panoramic": lambda n: (
         0.5 * (1 + np.arctan2(n[..., 0], -n[..., 2]) / np.pi),
         1 - np.arccos(np.clip(n[..., 1], -1, 1)) / np.pi,

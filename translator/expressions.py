@@ -46,8 +46,10 @@ FUNCTIONS2 = {
     "datan2": lambda y, x: math.degrees(math.atan2(y, x)),
 }
 
-_LITERAL = re.compile(r"0[xX][0-9a-fA-F]+|0t[0-9]+|0b[0-9]+:[0-9a-zA-Z]+|"
-                      r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_LITERAL = re.compile(
+    r"0[xX][0-9a-fA-F]+|0t[0-9]+|0b[0-9]+:[0-9a-zA-Z]+|"
+    r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+)
 _PLAIN = re.compile(r"(?<![^ \t])[+-]?(?:0|[1-9][0-9]{0,14})(?:\.[0-9]{0,15})?(?=[ \t]|$)")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _MAX_DIGITS = 400
@@ -95,7 +97,8 @@ def evaluate(text, variables=None):
             raise ExpressionError(start, f"'{clip(shown)}' has no finite value", "value")
         if parser.at < len(text) and text[parser.at] not in " \t":
             raise ExpressionError(
-                parser.at, f"unexpected '{clip(text[parser.at :])}' after '{clip(text[start : parser.at])}'"
+                parser.at,
+                f"unexpected '{clip(text[parser.at :])}' after '{clip(text[start : parser.at])}'",
             )
         values.append((value, start))
         parser.skip_blanks()
@@ -209,7 +212,9 @@ class _Parser:
             return self.calculate(start, function, *arguments)
         if name in self.variables:
             return self.variables[name]
-        raise ExpressionError(start, f"unknown name '{clip(name)}' (no function, no VAR before here)")
+        raise ExpressionError(
+            start, f"unknown name '{clip(name)}' (no function, no VAR before here)"
+        )
 
     def arguments(self, name, start, arity, depth):
         if self.peek() != "(":

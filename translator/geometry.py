@@ -65,4 +65,8 @@ def similarity_scale(linear, tolerance=1e-9):
     """The factor of a rotation with one scale, or None where `linear` (3, 3) is anything else."""
     gram = linear.T @ linear
     scale = math.sqrt(abs(np.trace(gram)) / 3)
-    return scale if np.allclose(gram, scale**2 * np.eye(3), rtol=0, atol=tolerance * scale**2) else None
+    return (
+        scale
+        if np.allclose(gram, scale**2 * np.eye(3), rtol=0, atol=tolerance * scale**2)
+        else None
+    )

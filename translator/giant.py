@@ -17,8 +17,8 @@ from translator.neutral import Mesh
 
 GIANT_RATIO = 20.0
 """A sphere is giant if its radius exceeds this multiple of 1 + the largest coordinate of its point
-nearest to the camera: single precision errors grow with the radius, Mitsuba's offset against hitting
-a surface twice with that coordinate."""
+nearest to the camera: errors of single precision grow with the radius, Mitsuba's offset against
+hitting a surface twice with that coordinate."""
 
 TOLERANCE = 1e-4
 """Largest distance of the triangles from the sphere, in units of the scene's extent."""
@@ -134,7 +134,7 @@ def _keep(best, which, t, index):
 
 
 def sphere_distance(o, d, ball):
-    """Distance along rays o + t d (N, 3) to a sphere, inf where they miss; stable for large radii."""
+    """Distance along rays o + t d (N, 3) to a sphere, inf where they miss; good for large radii."""
     f = o - ball.center
     b = np.einsum("ij,ij->i", f, d)
     c = (np.linalg.norm(f, axis=1) - ball.radius) * (np.linalg.norm(f, axis=1) + ball.radius)

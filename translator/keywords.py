@@ -63,7 +63,9 @@ class Keyword:
     def range_text(self):
         """The range in words, empty where every finite number will do."""
         if self.above > -math.inf:
-            return f"above {self.above:g}" + (f", at most {self.high:g}" if self.high < math.inf else "")
+            return f"above {self.above:g}" + (
+                f", at most {self.high:g}" if self.high < math.inf else ""
+            )
         if self.low > -math.inf and self.high < math.inf:
             return f"{self.low:g} to {self.high:g}"
         if self.low > -math.inf:

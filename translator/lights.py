@@ -80,7 +80,9 @@ def _parallel_beam(block, emission, matrix):
     if block.parallel_light_dir is not None:
         direction = np.array(block.parallel_light_dir)
     else:
-        direction = geometry.normal(matrix, np.cross(shape.u, shape.v)) * (-1 if block.normal < 0 else 1)
+        direction = geometry.normal(matrix, np.cross(shape.u, shape.v)) * (
+            -1 if block.normal < 0 else 1
+        )
     block.source.remark("emission", "emission-units: irradiance pi times the emission")
     return {
         "type": "parallelbeam",

@@ -93,7 +93,9 @@ def glass(block, tints):
         "specular_transmittance": entry(tints.color),
     }
     if block.reflection.dispersion:
-        block.source.becomes("refractive_index", "ignored", "the dispersion formula gives the index")
+        block.source.becomes(
+            "refractive_index", "ignored", "the dispersion formula gives the index"
+        )
         result["dispersion"] = block.reflection.dispersion
         del result["int_ior"]
         if block.reflection.coefficients:
@@ -158,9 +160,13 @@ def account(block):
     kind = block.reflection.kind
     for field, kinds in UNUSED.items():
         if kind not in kinds and not (field == "refractive_index" and block.reflection.subsurface):
-            block.source.becomes(field, "ignored", f"a surface of kind {kind or 'diffuse'} has no use for it")
+            block.source.becomes(
+                field, "ignored", f"a surface of kind {kind or 'diffuse'} has no use for it"
+            )
     if kind is None and block.roughness is not None:
-        block.source.becomes("roughness", "ignored", "without a reflection line the surface is diffuse")
+        block.source.becomes(
+            "roughness", "ignored", "without a reflection line the surface is diffuse"
+        )
     for field in ("color", "specular"):
         if max(getattr(block, field)) > 1:
             block.source.remark(field, "above 1: not energy conserving, kept as written")

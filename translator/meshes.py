@@ -14,7 +14,9 @@ from translator.obj import MeshError, features, read_obj
 from translator.objects import Reflection
 from translator.tints import VertexColor, load_texture, times
 
-KINDS = dict(enumerate(("diffuse", "specular", "glass", "ward", "phong", "glass", "diffuse", "ward")))
+KINDS = dict(
+    enumerate(("diffuse", "specular", "glass", "ward", "phong", "glass", "diffuse", "ward"))
+)
 """Kind of surface of each `#REFLECTION` code; 5 to 7 are subsurface scattering below it (8.8)."""
 
 BLACK = (0.0, 0.0, 0.0)
@@ -191,7 +193,9 @@ def tints(block, material, find, spectral, colored=False, object_color=None):
         )
         return Tints(times(picture, object_color), block.specular)
     if block.texture is not None:
-        picture = load_texture(find(block.texture), flip=False, repeat=block.repeat, spectral=spectral)
+        picture = load_texture(
+            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
+        )
         return Tints(picture, block.specular)
     if colored and (material is None or material.color is None):
         return Tints(VertexColor(), block.specular)

@@ -189,13 +189,32 @@ def _read_text(path):
         return raw.decode("cp932", errors="replace")
 
 
-_COLORS = {"kd": "kd", "ks": "ks", "ka": "ka",
-           "#EMISSION": "emission", "#COLOR": "extra_color", "#SPECULAR": "extra_specular"}
+_COLORS = {
+    "kd": "kd",
+    "ks": "ks",
+    "ka": "ka",
+    "#EMISSION": "emission",
+    "#COLOR": "extra_color",
+    "#SPECULAR": "extra_specular",
+}
 _FLOATS = {"ni": "ni", "ns": "ns", "d": "d", "tr": "tr", "#ROUGHNESS": "roughness"}
 _INTEGERS = {"#REFLECTION": "reflection", "#SMOOTH": "smooth", "#REPEAT": "repeat"}
 _SHARES = {"d", "tr", "roughness"}
-_MAP_OPTIONS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2, "-bm": 1, "-clamp": 1, "-blendu": 1,
-                "-blendv": 1, "-boost": 1, "-texres": 1, "-cc": 1, "-imfchan": 1, "-type": 1}
+_MAP_OPTIONS = {
+    "-s": 3,
+    "-o": 3,
+    "-t": 3,
+    "-mm": 2,
+    "-bm": 1,
+    "-clamp": 1,
+    "-blendu": 1,
+    "-blendv": 1,
+    "-boost": 1,
+    "-texres": 1,
+    "-cc": 1,
+    "-imfchan": 1,
+    "-type": 1,
+}
 
 
 def _indent(line):

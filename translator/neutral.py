@@ -49,7 +49,7 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Pixels of a texture, the `picture` of a `bitmap`: (height, width, channels), top row first."""
+    """Pixels of a texture, the `picture` of a `bitmap`: (height, width, channels), v = 0 first."""
 
     pixels: np.ndarray
 

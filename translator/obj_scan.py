@@ -30,6 +30,7 @@ class PlainScan:
     BLOCK = 1 << 18
     MAX_RUNS = 20000
     LONGEST_LINE = 4096
+
     def __init__(self):
         self.form = None
         self.attributes = set()

@@ -188,8 +188,10 @@ class _ObjectReader:
                 return
         report = cursor.report(word)
         if len(values) < 4:
-            report.remark(f"old form with {len(values)} values: rho_d 1"
-                          + (", rho_s 1" if len(values) == 2 else ""))
+            report.remark(
+                f"old form with {len(values)} values: rho_d 1"
+                + (", rho_s 1" if len(values) == 2 else "")
+            )
         values = (*OLD_WARD.get(len(values), ()), *values)
         assign(self.object, self.source, row.field, values, [report])
 
@@ -212,7 +214,9 @@ class _ObjectReader:
         model = rest.strip()
         if model not in REFLECTIONS:
             close = nearest(model, REFLECTIONS)
-            hint = f"; did you mean '{close}'?" if close else f"; models are {', '.join(REFLECTIONS)}"
+            hint = (
+                f"; did you mean '{close}'?" if close else f"; models are {', '.join(REFLECTIONS)}"
+            )
             cursor.error(offset + 1, f"unknown reflection '{clip(model)}'{hint}", "keyword")
             return
         reports = [cursor.report("reflection")]

@@ -24,9 +24,12 @@ REFLECTIONS = {
     "reflection": ("glass", "Smooth glass: reflection and refraction."),
     "ward_brdf": ("ward", "Ward's glossy reflection."),
     "phong_brdf": ("phong", "Phong's glossy reflection."),
-    "Subsurface_Scattering": ("subsurface", "Subsurface scattering behind the surface named before."),
-    "reflection1": ("glass", "Glass with the index of formula 1; six coefficients on the next line."),
-    "reflection2": ("glass", "Glass with the index of formula 2; six coefficients on the next line."),
+    "Subsurface_Scattering": ("subsurface",
+                              "Subsurface scattering behind the surface named before."),
+    "reflection1": ("glass",
+                    "Glass with the index of formula 1; six coefficients on the next line."),
+    "reflection2": ("glass",
+                    "Glass with the index of formula 2; six coefficients on the next line."),
     "reflection99": ("glass", "Glass with the index 1.4 + 50 / (lambda - 230), lambda in nm."),
 }
 """What may follow `reflection`: the kind of surface and the sentence that documents it."""
@@ -117,7 +120,8 @@ class SceneObject:
                      section="11.7")
     back: bool = a("back", "flag", 1, True, "Back side; without effect in the program.",
                    section="7", in_manual=False)
-    background: bool = a("background", "flag", 1, False, "Seen by the camera, show the unlit colour.",
+    background: bool = a("background", "flag", 1, False,
+                         "Seen by the camera, show the unlit colour.",
                          section="7", in_manual=False)
     media_ignore_front_back: float = a(
         "media_ignore_front_back", "number", 1, 0.0, "Let the medium act on back sides too.",
@@ -125,15 +129,18 @@ class SceneObject:
     transforms: list[Transform] = field(default_factory=list)
     texture: str | None = a("texture", "text", 1, None, "Picture that replaces the colours.",
                             section="11.2")
-    bump_texture: str | None = a("bump_texture", "text", 1, None, "Height map that turns the normal.",
+    bump_texture: str | None = a("bump_texture", "text", 1, None,
+                                 "Height map that turns the normal.",
                                  section="11.8", in_manual=False)
     ibl_texture: str | None = a("ibl_texture", "text", 1, None,
                                 "Picture that the object emits.", section="11.5")
     ibl_texture_coef: float = a("ibl_texture_coef", "number", 1, 1.0, "Factor of that picture.",
                                 low=0, section="11.5")
-    hemisphere_map: bool = a("hemisphere_map", "flag", 1, False, "Picture of a dome seen from above.",
+    hemisphere_map: bool = a("hemisphere_map", "flag", 1, False,
+                             "Picture of a dome seen from above.",
                              aliases=("circle_map",), section="11.5")
-    angular_map: bool = a("angular_map", "flag", 1, False, "Picture is a light probe.", section="11.5")
+    angular_map: bool = a("angular_map", "flag", 1, False, "Picture is a light probe.",
+                          section="11.5")
     panoramic_map: bool = a("panoramic_map", "flag", 1, False, "Picture by latitude and longitude.",
                             section="11.5")
     equirectangular_map: bool = a("equirectangular_map", "flag", 1, False,
@@ -155,7 +162,8 @@ class SceneObject:
     spot_light_angle: tuple = a(
         "spot_light_angle", "number", 2, (30.0, 5.0), "Half angle w and fall-off angle f.",
         low=0, high=180, unit="degree", section="9.5")
-    spot_light_falloff: float = a("spot_light_falloff", "number", 1, 2.0, "Exponent of the fall-off.",
+    spot_light_falloff: float = a("spot_light_falloff", "number", 1, 2.0,
+                                  "Exponent of the fall-off.",
                                   low=0, section="9.5")
     spot_attenuation: tuple = a(
         "spot_attenuation", "number", 3, (0.0, 0.0, 1.0), "a, b and c of t = a + b d + c d^2.",

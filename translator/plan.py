@@ -82,8 +82,9 @@ def plan(document, scene, own_plugins, dispersive, integrator_reason):
         reasons={
             "variant": "glass with dispersion" if dispersive else "no wavelengths matter",
             "integrator": integrator_reason,
-            "sensor": stock if camera != "screencamera" else "pixels are not square, or the lens "
-            "looks off the Z axis",
+            "sensor": stock
+            if camera != "screencamera"
+            else "pixels are not square, or the lens looks off the Z axis",
             "spp": f"SAMPLING {document.sampling} x SUPERSAMPLING {document.supersampling} squared",
         },
     )

@@ -129,7 +129,9 @@ def _shape(shape):
         raise ValueError(f"no shape of the language is {shape!r}")
     if row.arity == 0:
         return [f"{row.name} {_name(shape.file)}"]
-    numbers = [x for value in astuple(shape) for x in (value if isinstance(value, tuple) else [value])]
+    numbers = [
+        x for value in astuple(shape) for x in (value if isinstance(value, tuple) else [value])
+    ]
     lines = [f"{row.name} {_numbers(numbers[: row.arity])}"]
     for k, vector in enumerate(row.vectors):
         at = row.arity + 3 * k
@@ -149,7 +151,11 @@ def _numbers(values):
         return " ".join(_numbers(value) for value in values)
     if not math.isfinite(values):
         raise ValueError(f"a scene file cannot hold the number {values}")
-    return repr(int(values)) if isinstance(values, bool | int) else repr(float(values)).removesuffix(".0")
+    return (
+        repr(int(values))
+        if isinstance(values, bool | int)
+        else repr(float(values)).removesuffix(".0")
+    )
 
 
 def _name(text, below=False):

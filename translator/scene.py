@@ -157,7 +157,9 @@ class _Objects:
         if isinstance(block.shape, MeshFile):
             parts = self.meshes.parts(block, self.find(block.shape.file), matrix)
             return {
-                name + part.name: self.surface(part.entry, part.block, part.tints, matrix, part.opacity)
+                name + part.name: self.surface(
+                    part.entry, part.block, part.tints, matrix, part.opacity
+                )
                 for part in parts
             }
         entry = self.shapes.shape(index, block)
@@ -167,7 +169,9 @@ class _Objects:
         """The tints of a shape: `texture` replaces both colours (section 11.2)."""
         if block.texture is None or isinstance(block.shape, Plane | Disk | Annulus):
             return plain_tints(block)
-        picture = load_texture(self.find(block.texture), repeat=block.repeat, spectral=self.spectral)
+        picture = load_texture(
+            self.find(block.texture), repeat=block.repeat, spectral=self.spectral
+        )
         block.source.becomes("color", "ignored", "texture takes its place")
         return Tints(picture, picture)
 

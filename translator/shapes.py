@@ -95,21 +95,53 @@ class ShapeKeyword:
 SHAPES = {
     row.name: row
     for row in (
-        ShapeKeyword("sphere", 4, lambda x: Sphere(x[:3], x[3]), "Sphere.", "centre, radius",
-                     positive=(3,)),
-        ShapeKeyword("hemisphere", 4, lambda x: Hemisphere(x[:3], x[3]),
-                     "Upper half (+Y) of a sphere, open below.", "centre, radius", positive=(3,)),
-        ShapeKeyword("uvplane", 3, lambda x, u, v: UVPlane(x, u, v),
-                     "Parallelogram with a corner and two edges.", "corner", vectors=("U", "V")),
-        ShapeKeyword("plane", 3, lambda x, n: Plane(x, n), "Infinite plane.", "point",
-                     vectors=("normal",)),
-        ShapeKeyword("disk", 4, lambda x, n: Disk(x[:3], x[3], n), "Disk.", "centre, radius",
-                     vectors=("normal",), positive=(3,)),
-        ShapeKeyword("disk2", 5, lambda x, n: Annulus(x[:3], x[3], x[4], n),
-                     "Ring between an outer and an inner radius.", "centre, outer and inner radius",
-                     vectors=("normal",), positive=(3,)),
+        ShapeKeyword(
+            "sphere", 4, lambda x: Sphere(x[:3], x[3]), "Sphere.", "centre, radius", positive=(3,)
+        ),
+        ShapeKeyword(
+            "hemisphere",
+            4,
+            lambda x: Hemisphere(x[:3], x[3]),
+            "Upper half (+Y) of a sphere, open below.",
+            "centre, radius",
+            positive=(3,),
+        ),
+        ShapeKeyword(
+            "uvplane",
+            3,
+            lambda x, u, v: UVPlane(x, u, v),
+            "Parallelogram with a corner and two edges.",
+            "corner",
+            vectors=("U", "V"),
+        ),
+        ShapeKeyword(
+            "plane", 3, lambda x, n: Plane(x, n), "Infinite plane.", "point", vectors=("normal",)
+        ),
+        ShapeKeyword(
+            "disk",
+            4,
+            lambda x, n: Disk(x[:3], x[3], n),
+            "Disk.",
+            "centre, radius",
+            vectors=("normal",),
+            positive=(3,),
+        ),
+        ShapeKeyword(
+            "disk2",
+            5,
+            lambda x, n: Annulus(x[:3], x[3], x[4], n),
+            "Ring between an outer and an inner radius.",
+            "centre, outer and inner radius",
+            vectors=("normal",),
+            positive=(3,),
+        ),
         ShapeKeyword("objfile", 0, MeshFile, "Mesh in OBJ format.", "file name"),
-        ShapeKeyword("infinity_light", 3, InfinityLight,
-                     "Parallel light from infinitely far away.", "direction in which it travels"),
+        ShapeKeyword(
+            "infinity_light",
+            3,
+            InfinityLight,
+            "Parallel light from infinitely far away.",
+            "direction in which it travels",
+        ),
     )
 }

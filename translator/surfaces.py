@@ -45,17 +45,26 @@ class Shapes:
         pairs = list(zip(document.objects, self.matrices, strict=True))
         if not any(isinstance(b.shape, Plane | Sphere) for b, _ in pairs):
             mesh_box = lambda *_: None  # noqa: E731
-        self.balls = {k: ball(block.shape, m) for k, (block, m) in enumerate(pairs)
-                      if isinstance(block.shape, Sphere | Hemisphere)}
+        self.balls = {
+            k: ball(block.shape, m)
+            for k, (block, m) in enumerate(pairs)
+            if isinstance(block.shape, Sphere | Hemisphere)
+        }
         self.giants = [k for k, b in self.balls.items() if self._is_giant(b, document.objects[k])]
-        boxes = {k: box for k, (block, m) in enumerate(pairs)
-                 if k not in self.giants and (box := self._box(block, m, mesh_box)) is not None}
+        boxes = {
+            k: box
+            for k, (block, m) in enumerate(pairs)
+            if k not in self.giants and (box := self._box(block, m, mesh_box)) is not None
+        }
         self.center, self.size = _middle([camera[None], *boxes.values()])
         # What surrounds the camera, such as a sky, does not tell how fine the scene is.
         inner = [box for k, box in boxes.items() if not self.encloses(k, camera)]
         self.extent = _middle([camera[None], *inner])[1]
-        planes = [(geometry.point(m, b.shape.point), geometry.normal(m, b.shape.normal))
-                  for b, m in pairs if isinstance(b.shape, Plane)]
+        planes = [
+            (geometry.point(m, b.shape.point), geometry.normal(m, b.shape.normal))
+            for b, m in pairs
+            if isinstance(b.shape, Plane)
+        ]
         giants = [self.balls[k] for k in self.giants]
         self.surroundings = Surroundings(giants, planes, camera, self.extent) if giants else None
 
@@ -108,8 +117,11 @@ class Shapes:
         if round_one is None:
             block.source.becomes("", "approximated", "an ellipsoid, tessellated")
             return mesh_entry(dome(shape, matrix, np.pi), turned)
-        entry = {"type": "sphere", "center": [float(x) for x in round_one.center],
-                 "radius": float(round_one.radius)}
+        entry = {
+            "type": "sphere",
+            "center": [float(x) for x in round_one.center],
+            "radius": float(round_one.radius),
+        }
         return entry | flipped(turned)
 
     def hemisphere(self, block, shape, matrix):
@@ -218,9 +230,12 @@ def transformed(vertices, faces, normals, matrix):
 def dome(shape, matrix, end):
     """A sphere around +Y from its top to the polar angle `end`, tessellated, with true normals."""
     rows, columns = round(DOME_SEGMENTS * end / (2 * np.pi)), DOME_SEGMENTS
-    theta, phi = np.meshgrid(np.linspace(0, end, rows + 1), np.linspace(0, 2 * np.pi, columns + 1),
-                             indexing="ij")
-    normals = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1)
+    theta, phi = np.meshgrid(
+        np.linspace(0, end, rows + 1), np.linspace(0, 2 * np.pi, columns + 1), indexing="ij"
+    )
+    normals = np.stack(
+        [np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1
+    )
     k = np.arange(rows * (columns + 1)).reshape(rows, -1)[:, :-1].ravel()
     below = k + columns + 1
     faces = np.concatenate([np.stack([k, below, below + 1], 1), np.stack([k, below + 1, k + 1], 1)])

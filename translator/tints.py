@@ -91,8 +91,9 @@ def mean(tint):
     return float(np.mean(tint.factor if isinstance(tint, VertexColor) else tint))
 
 
-def load_texture(path, *, flip=True, repeat=1, uv_scale=(1.0, 1.0), uv_offset=(0.0, 0.0),
-                 spectral=False):
+def load_texture(
+    path, *, flip=True, repeat=1, uv_scale=(1.0, 1.0), uv_offset=(0.0, 0.0), spectral=False
+):
     """The `Texture` of a picture file.
 
     The original program takes the texel in column floor((w - 1) u) and, from the bottom, row

@@ -78,7 +78,7 @@ class ValueReader:
         return result, notes
 
     def in_range(self, row, values, line):
-        """Whether all values lie in the row's range; notes a problem for the first that does not."""
+        """Whether all values lie in the row's range; a problem for the first that does not."""
         for value, column in values:
             if not row.contains(value):
                 wanted = row.range_text() + (f" [{row.unit}]" if row.unit else "")
@@ -114,7 +114,9 @@ class ValueReader:
         if not value:
             self.error(line, offset + 1, f"{name} expects a name, found nothing", "syntax")
             return None
-        return value, (["blank at the end of the line dropped"] if value != text.lstrip(" \t") else [])
+        return value, (
+            ["blank at the end of the line dropped"] if value != text.lstrip(" \t") else []
+        )
 
     def environment_value(self, text, line, offset):
         """The value of `%NAME%`: a plain number from the environment, 0 if it is not set.
