@@ -123,7 +123,7 @@ def _shape_rows():
 
 
 def _shape(shape):
-    """The shape line and those below it: the fields of a shape in order are its numbers in order."""
+    """The shape line and those below it; a shape's fields hold its numbers in the file's order."""
     row = _shape_rows().get(type(shape))
     if row is None:
         raise ValueError(f"no shape of the language is {shape!r}")
