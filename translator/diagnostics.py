@@ -5,6 +5,17 @@ from dataclasses import dataclass, field
 OUTCOMES = ("translated", "approximated", "ignored", "unsupported")
 """What can become of a line, from best to worst."""
 
+ERROR_KINDS = {
+    "syntax": "The line does not have the form that its keyword asks for.",
+    "keyword": "A misspelt, indented or misplaced keyword.",
+    "value": "The text is well formed but has no usable value.",
+    "range": "A value outside the range of its keyword.",
+    "asset": "A file that the scene names is missing or cannot be used.",
+    "file": "The scene file itself cannot be read.",
+    "scene": "The lines are fine one by one but make no scene together.",
+}
+"""Kinds of errors with the sentence that documents each."""
+
 
 @dataclass(frozen=True, order=True)
 class Problem:
@@ -14,7 +25,7 @@ class Problem:
         line: line number, from 1; 0 where the error belongs to no line (an environment variable).
         column: column, from 1; 0 with `line` 0.
         message: the offending text and what was expected.
-        kind: `syntax`, `keyword`, `value`, `range`, `asset`, `file` or `scene`.
+        kind: one of `ERROR_KINDS`.
     """
 
     line: int
