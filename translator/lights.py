@@ -54,7 +54,7 @@ def standalone(block, matrix, dialect):
     if isinstance(block.shape, InfinityLight):
         return [_infinity_light(block, emission, matrix, dialect)]
     if block.parallel_light and isinstance(block.shape, UVPlane):
-        return [_parallel_beam(block, emission, matrix)]
+        return [_parallel_beam(block, emission, matrix, dialect)]
     if block.spot_light and isinstance(block.shape, Sphere):
         return [_spot(block, emission, matrix)]
     return []
@@ -74,9 +74,9 @@ def _infinity_light(block, emission, matrix, dialect):
     }
 
 
-def _parallel_beam(block, emission, matrix):
-    shape, linear = block.shape, matrix[:3, :3]
-    u, v = linear @ np.array(shape.u), linear @ np.array(shape.v)
+def _parallel_beam(block, emission, matrix, dialect):
+    shape = block.shape
+    u, v = (matrix[:3, :3] @ edge for edge in shape.edges(dialect))
     if block.parallel_light_dir is not None:
         direction = np.array(block.parallel_light_dir)
     else:

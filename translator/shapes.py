@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Sphere:
@@ -26,6 +28,13 @@ class UVPlane:
     origin: tuple[float, float, float]
     u: tuple[float, float, float]
     v: tuple[float, float, float]
+
+    def edges(self, dialect):
+        """Both edges, (3,) each; in dialect `prender` of squared length (row uvplane-extent)."""
+        edges = np.array(self.u), np.array(self.v)
+        if dialect == "prender":
+            edges = tuple(edge * np.linalg.norm(edge) for edge in edges)
+        return edges
 
 
 @dataclass(frozen=True)

@@ -133,12 +133,9 @@ class Shapes:
         return mesh_entry(mesh, block.normal < 0)
 
     def parallelogram(self, block, shape, matrix):
-        u, v = np.array(shape.u), np.array(shape.v)
-        if self.dialect == "prender":
-            u, v = u * np.linalg.norm(u), v * np.linalg.norm(v)
         if any(not np.isclose(np.linalg.norm(e), 1) for e in (shape.u, shape.v)):
             block.source.remark("", note("uvplane-extent", self.dialect))
-        u, v = matrix[:3, :3] @ u, matrix[:3, :3] @ v
+        u, v = (matrix[:3, :3] @ edge for edge in shape.edges(self.dialect))
         corner = geometry.point(matrix, shape.origin)
         # U x V turns round under a mirroring matrix, the normal does not.
         turned = (block.normal < 0) != (np.linalg.det(matrix[:3, :3]) < 0)
