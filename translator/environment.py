@@ -44,6 +44,8 @@ def _override(target, row, given, problems):
             values = list(getattr(target, row.field))
             values[k] = value
             setattr(target, row.field, tuple(values))
+        # An empty list says that the value is set, though by no line.
+        target.source.reports.setdefault(row.field, [])
         target.source.remark(row.field, f"overridden by the environment variable {spelling}")
 
 
