@@ -3,7 +3,6 @@
 import dataclasses
 
 from translator.blocks import TRANSFORMS, Transform
-from translator.cursor import nearest
 from translator.diagnostics import Source
 from translator.expressions import clip
 from translator.keyword_lines import assign, read_keyword
@@ -84,7 +83,7 @@ class _ObjectReader:
         if word in REAL_BUT_IGNORED:
             self.cursor.report(word, "ignored", REAL_BUT_IGNORED[word])
             return None
-        close = nearest(word, SHAPES)
+        close = self.cursor.nearest(word, SHAPES)
         hint = f"; did you mean '{close}'?" if close else f"; shapes are {', '.join(SHAPES)}"
         message = f"OBJECT expects a shape on its first line, found '{clip(word)}'{hint}"
         self.cursor.error(1, message, "keyword")
@@ -201,7 +200,7 @@ class _ObjectReader:
         name = self.object.material_symbol
         if name == before or name in MATERIALS:
             return
-        close = nearest(name, MATERIALS)
+        close = self.cursor.nearest(name, MATERIALS)
         hint = f"; did you mean '{close}'?" if close else f"; it is none of {', '.join(MATERIALS)}"
         self.cursor.error(1, f"unknown material '{clip(name)}'{hint}", "value")
         self.object.material_symbol = before
@@ -213,7 +212,7 @@ class _ObjectReader:
         _, rest, offset = cursor.keyword_text()
         model = rest.strip()
         if model not in REFLECTIONS:
-            close = nearest(model, REFLECTIONS)
+            close = cursor.nearest(model, REFLECTIONS)
             hint = (
                 f"; did you mean '{close}'?" if close else f"; models are {', '.join(REFLECTIONS)}"
             )

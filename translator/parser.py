@@ -43,7 +43,7 @@ def read(path, environ=None):
 
 def read_text(text, name="<text>", environ=None):
     """Read a scene from text (str, or bytes in UTF-8 or cp932); otherwise as `read`."""
-    data = text.encode() if isinstance(text, str) else text
+    data = text.encode(errors="surrogatepass") if isinstance(text, str) else text
     document, problems = parse(split(data, name), name, environ)
     if problems:
         raise SceneError(name, problems)

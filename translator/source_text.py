@@ -8,6 +8,9 @@ from translator.diagnostics import Problem, SceneError
 MAX_BYTES = 32 * 2**20
 """Largest scene file that is read."""
 
+MAX_LINES = 1_000_000
+"""Most lines that are read."""
+
 MAX_LINE = 65536
 """Longest line, in characters, that is read."""
 
@@ -20,7 +23,7 @@ def read_lines(path):
 
     Raises:
         SceneError: the file is missing, a directory, no regular file, unreadable, too large,
-            binary, in no accepted encoding, or has an absurdly long line.
+            binary, in no accepted encoding, or has absurdly many or long lines.
     """
     return split(_read_bytes(path), path)
 
@@ -61,7 +64,10 @@ def split(data, name):
             line, column = _place(data, error.start)
             message = f"byte 0x{data[error.start]:02x} is neither UTF-8 nor cp932"
             raise SceneError(name, [Problem(line, column, message, "file")]) from None
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n", MAX_LINES)
+    if len(lines) > MAX_LINES:
+        message = f"more than {MAX_LINES} lines, no scene file"
+        raise SceneError(name, [Problem(MAX_LINES + 1, 1, message, "file")])
     for k, line in enumerate(lines):
         if len(line) > MAX_LINE:
             message = f"line of {len(line)} characters, expected at most {MAX_LINE}"
