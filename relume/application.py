@@ -50,7 +50,14 @@ def translate(document, *, dialect="manual", asset_path=()):
     translation = translator.translate(_document(document), dialect, asset_path)
     if not mi.variant():
         mi.set_variant(usable_variant(translation.plan))
-    return translation.dictionary()
+    scene = translation.dictionary()
+    scene["sensor"]["sampler"]["sample_count"] = sample_count(translation)
+    return scene
+
+
+def sample_count(translation):
+    """The samples of a pixel as far as a Mitsuba sampler can count."""
+    return min(translation.plan.spp, 2**32 - 1)
 
 
 def render(

@@ -7,7 +7,7 @@ import mitsuba as mi
 import numpy as np
 
 import translator
-from relume.application import read, usable_variant
+from relume.application import read, sample_count, usable_variant
 from relume.session import variant
 from translator.neutral import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 from translator.scene import OWN_PLUGINS
@@ -32,17 +32,22 @@ def write_xml(path, out, dialect="manual", asset_path=()):
         SceneError: errors of the file.
         OSError: a file cannot be written.
     """
-    translation = translator.translate(read(path), dialect, asset_path)
+    translation = _translated(path, dialect, asset_path)
     out = Path(out)
     out.parent.mkdir(parents=True, exist_ok=True)
     with variant(usable_variant(translation.plan)):
         files = _Files(out)
         scene = files.externalise(translation.scene)
-        scene["sensor"]["sampler"]["sample_count"] = translation.plan.spp
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
         name_kinds(state)
         mi.parser.write_file(state, str(out))
     return [out, *files.written]
+
+
+def _translated(path, dialect, asset_path):
+    translation = translator.translate(read(path), dialect, asset_path)
+    translation.scene["sensor"]["sampler"]["sample_count"] = sample_count(translation)
+    return translation
 
 
 def name_kinds(state):
@@ -113,7 +118,7 @@ def python_source(path, dialect="manual", asset_path=()):
 
     Meshes and pictures appear as calls with their arrays.
     """
-    translation = translator.translate(read(path), dialect, asset_path)
+    translation = _translated(path, dialect, asset_path)
     return (
         "import mitsuba as mi\nimport numpy as np\n\nimport relume  # registers the plugins\n"
         "from translator.neutral import Mesh, Picture, mitsuba_mesh\n\n"
