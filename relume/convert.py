@@ -120,7 +120,8 @@ def python_source(path, dialect="manual", asset_path=()):
     """
     translation = _translated(path, dialect, asset_path)
     return (
-        "import mitsuba as mi\nimport numpy as np\n\nimport relume  # registers the plugins\n"
+        "import relume  # first: it sets up LLVM and registers the plugins\n\n"
+        "import mitsuba as mi\nimport numpy as np\n\n"
         "from translator.neutral import Mesh, Picture, mitsuba_mesh\n\n"
         f"mi.set_variant({translation.plan.variant!r})\n\n"
         f"scene = {_source(translation.scene, 0)}\n"
