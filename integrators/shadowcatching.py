@@ -1,0 +1,60 @@
+r"""Makes shadow catchers work (`shadowcatching`)
+=============================================
+
+.. list-table::
+   * - Parameter, type
+     - Description
+   * - (nested): integrator
+     - Sampling integrator that renders the scene.
+
+The surfaces of the BSDF ``shadowcatcher`` trace rays of their own. This integrator tells them the
+scene while the nested one is traced into a kernel; it adds nothing to scenes that have none.
+
+Source: the legacy manual, `shadow`; scene language section 11.7.
+
+.. code-block:: python
+
+    {"type": "shadowcatching", "nested": {"type": "path"}}
+"""
+
+import mitsuba as mi
+
+from registration import on_every_variant
+
+
+def define():
+    """Define and register the plugin under the variant in use."""
+
+    class ShadowCatching(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
+            if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
+                raise ValueError("shadowcatching takes one nested sampling integrator")
+            self.nested = nested[0]
+
+        def aov_names(self):
+            return self.nested.aov_names()
+
+        def traverse(self, cb):
+            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            surfaces = [shape.bsdf() for shape in scene.shapes()]
+            catchers = [bsdf for bsdf in surfaces if getattr(bsdf, "catches_shadows", False)]
+            # Known only while the kernel is traced: a scene must not hold itself alive.
+            for bsdf in catchers:
+                bsdf.scene = scene
+            try:
+                return self.nested.sample(scene, sampler, ray, medium, active)
+            finally:
+                for bsdf in catchers:
+                    bsdf.scene = None
+
+        def to_string(self):
+            return f"ShadowCatching[{self.nested}]"
+
+    mi.register_integrator("shadowcatching", ShadowCatching)
+
+
+on_every_variant(define)
