@@ -5,7 +5,7 @@ condition holds, to the lines that set the field.
 """
 
 from translator.dialects import note
-from translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 GRAVITY = "general relativity is outside the manual"
 
@@ -66,19 +66,15 @@ OBJECT_ROWS = (
     ("back", ALWAYS, "ignored", "without effect in the original program, too"),
     ("media_ignore_front_back", ALWAYS, "ignored", "a medium fills all space outside objects"),
     ("blackhole_disk", lambda b: b.blackhole_disk, "unsupported", GRAVITY),
-    ("disk_map", lambda b: b.disk_map and b.texture, "unsupported", "rendered without the texture"),
+    ("disk_map", lambda b: b.disk_map and b.texture, "unsupported", "mapped as without disk_map"),
     ("disk_map", lambda b: b.disk_map and not b.texture, "ignored", "there is no texture"),
     ("background", lambda b: b.background, "unsupported", "shown lit"),
-    ("shadow", lambda b: b.shadow, "unsupported", "shown as an ordinary plane"),
     ("texture", lambda b: isinstance(b.shape, Plane), "ignored",
      "an infinite plane has no texture"),
-    ("texture", lambda b: isinstance(b.shape, Disk | Annulus), "unsupported",
-     "rendered with its colour"),
     ("texture", lambda b: b.texture and mapped(b), "unsupported",
      "mapped by the default coordinates"),
-    ("ibl_texture", lambda b: b.ibl_texture and isinstance(b.shape, MeshFile), "unsupported",
-     "the mesh shines with its emission alone"),
-    ("bump_texture", ALWAYS, "unsupported", "rendered smooth"),
+    ("shadow", lambda b: b.shadow and not isinstance(b.shape, Plane | UVPlane), "ignored",
+     "only planes can catch shadows"),
     ("repeat", lambda b: b.texture is None, "ignored", "there is no texture"),
     ("ibl_texture_coef", no_ibl, "ignored", "there is no ibl_texture"),
     ("smooth", lambda b: b.smooth and not_a_mesh(b), "ignored", "the object is no mesh"),

@@ -72,9 +72,16 @@ class Cursor:
         self.at = at
         return self.line
 
+    def described(self, word, outcome="translated", note=""):
+        """A report of the current line; blanks at its end, which stopped the program, are noted."""
+        report = LineReport(self.number, word, outcome, note)
+        if outcome == "translated" and self.line.endswith((" ", "\t")):
+            report.remark("blank at the end of the line dropped")
+        return report
+
     def report(self, word, outcome="translated", note=""):
         """Add a report of the current line and return it."""
-        self.reports.append(LineReport(self.number, word, outcome, note))
+        self.reports.append(self.described(word, outcome, note))
         return self.reports[-1]
 
     def error(self, column, message, kind="syntax"):

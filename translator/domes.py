@@ -66,7 +66,9 @@ class Domes:
         """The dictionary of an object with `ibl_texture`: a shape, or an environment map."""
         pixels = picture(self.find(block.ibl_texture), block)
         if not isinstance(block.shape, Sphere | Hemisphere):
-            return self.surface(index, block, pixels)
+            return self.shapes.shape(index, block) | self.shining(
+                pixels, block.ibl_texture_coef, flip=True
+            )
         ball = self.shapes.balls[index]
         name = map_name(block, self.dialect)
         upper = isinstance(block.shape, Hemisphere)
@@ -114,11 +116,17 @@ class Domes:
             "emitter": light,
         }
 
-    def surface(self, index, block, pixels):
-        """A plane that shines with a picture by its own coordinates."""
-        shown = Texture(pixels[::-1] * np.float32(block.ibl_texture_coef), spectral=self.spectral)
-        entry = self.shapes.shape(index, block)
-        return entry | {
+    def shining(self, pixels, scale, *, flip):
+        """BSDF and emitter of a surface that shines with a picture by its own coordinates.
+
+        Args:
+            pixels: linear, (height, width, 3), top row first.
+            scale: factor of the radiance.
+            flip: whether v = 0 is the bottom row.
+        """
+        shown = pixels[::-1] if flip else pixels
+        shown = Texture(np.ascontiguousarray(shown) * np.float32(scale), spectral=self.spectral)
+        return {
             "bsdf": {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}},
             "emitter": {"type": "twosidedarea", "radiance": shown.entry()},
         }

@@ -1,6 +1,5 @@
 """Reading the lines of one keyword into the field that its row declares."""
 
-from translator.diagnostics import LineReport
 from translator.expressions import clip
 from translator.keywords import NEXT_LINE, TEXTS
 
@@ -24,7 +23,7 @@ def read_keyword(cursor, row, word, target, source):
         found = f"found '{clip(rest.rstrip())}' behind it"
         cursor.error(len(word) + 2, f"{word} takes its values on the next line, {found}")
         return
-    reports = [LineReport(cursor.number, word)]
+    reports = [cursor.described(word)]
     if word != row.name:
         reports[0].remark(f"read as {row.name}")
     _dummies(cursor, row, word, reports)
@@ -33,8 +32,6 @@ def read_keyword(cursor, row, word, target, source):
     if read is None:
         return
     value, notes = read
-    if row.kind not in TEXTS and cursor.line != cursor.line.rstrip():
-        notes = [*notes, "blank at the end of the line dropped"]
     for note in notes:
         reports[0].remark(note)
     cursor.reports += reports
@@ -54,7 +51,7 @@ def _dummies(cursor, row, word, reports):
         if cursor.value_line(word, "a mean and below it three values") is None:
             return
         note = "a mean that is computed from the channels anyway"
-        reports.append(LineReport(cursor.number, word, "ignored", note))
+        reports.append(cursor.described(word, "ignored", note))
 
 
 def _below(cursor, row, word, reports):
@@ -62,7 +59,7 @@ def _below(cursor, row, word, reports):
     if line is None:
         return None
     offset = len(line) - len(line.lstrip(" \t"))
-    reports.append(LineReport(cursor.number, word))
+    reports.append(cursor.described(word))
     if row.kind == "phase":
         return _phase(cursor, row, line[offset:], offset, 1)
     if line[offset] == "%" and row.arity == 1 and row.kind not in TEXTS:
@@ -81,8 +78,12 @@ def _from_environment(cursor, row, line, offset):
     read = cursor.values.environment_value(line, cursor.number, offset)
     if read is None or not cursor.values.in_range(row, [(read[0], offset + 1)], cursor.number):
         return None
-    value = {"integer": int, "flag": bool}.get(row.kind, float)(read[0])
-    return value, read[1]
+    value = read[0]
+    if row.kind == "integer" and value != int(value):
+        message = f"{row.name} expects a whole number, found {value:g}"
+        cursor.error(offset + 1, message, "value")
+        return None
+    return {"integer": int, "flag": bool}.get(row.kind, float)(value), read[1]
 
 
 def _phase(cursor, row, text, offset, count):

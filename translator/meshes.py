@@ -32,6 +32,7 @@ class Part:
         block: `SceneObject` with the material's attributes in place of its own.
         tints: its `Tints`.
         opacity: a constant opacity, or None.
+        bump: path of the material's bump map, or None.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Part:
     block: object
     tints: Tints
     opacity: float | None = None
+    bump: object = None
 
 
 class Meshes:
@@ -94,6 +96,16 @@ class Meshes:
         except ImageError as error:
             raise SceneError(error.path, [Problem(0, 0, error.message, "asset")]) from None
 
+    def bump(self, material, block):
+        """Path of the bump map of a material, or None; a missing file is noted."""
+        if material is None or material.map_bump is None:
+            return None
+        path = self.find(material.map_bump.file)
+        if path is None:
+            note = f"no such file '{material.map_bump.file}' for map_Bump"
+            block.source.becomes("", "approximated", note)
+        return path
+
     def _parts(self, block, path, matrix):
         """The parts of a file with materials, vertex colours or other extensions."""
         obj = self.read(path)
@@ -109,7 +121,8 @@ class Meshes:
             entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
             opacity = None if material is None or material.map_kd else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
-            result.append(Part(name, entry, described, tint, opacity))
+            bump = self.bump(material, block)
+            result.append(Part(name, entry, described, tint, opacity, bump))
         return result
 
 

@@ -72,8 +72,6 @@ class _ObjectReader:
             return read and row.build(read[0])
         read = cursor.values.numbers(word, rest, cursor.number, offset, (row.arity,))
         numbers = read and self.radii(row, read[0], report)
-        if line != line.rstrip():
-            report.remark("blank at the end of the line dropped")
         vectors = self.edges() if row.vectors == ("U", "V") else self.normals(row)
         if not numbers or vectors is None:
             return None

@@ -33,19 +33,23 @@ class Plan:
         return asdict(self) | {"plugins": list(self.plugins)}
 
 
-def integrator(document, spp, dispersive):
+def integrator(document, spp, dispersive, types):
     """The integrator's dictionary and the reason for it.
 
     Args:
         document: the document.
         spp: samples of a pixel.
         dispersive: whether glass with dispersion is rendered by wavelength.
+        types: plugin ids of the objects.
     """
     if dispersive:
         kind, reason = "dispersivepath", "glass with dispersion: one wavelength for each path"
     else:
         kind, reason = "path", "no medium"
     result = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
+    if "shadowcatcher" in types:
+        reason += "; wrapped by shadowcatching for shadow"
+        result = {"type": "shadowcatching", "integrator": result}
     if document.sensor_response != 1 or document.luminance_cutoff > 0:
         reason += "; wrapped by sensorresponse for sensor_response or luminance_cutoff"
         result = {

@@ -5,26 +5,29 @@ from dataclasses import dataclass
 
 from translator import account, camera, domes, lights, materials, plan, surfaces
 from translator.assets import Assets
+from translator.bumps import bumped
 from translator.diagnostics import Problem, SceneError
-from translator.dialects import DIALECTS
+from translator.dialects import DIALECTS, note
 from translator.document import Document
 from translator.images import ImageError
 from translator.materials import Tints, plain_tints
 from translator.meshes import Meshes
 from translator.neutral import rgb, to_mitsuba
-from translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane
+from translator.shapes import InfinityLight, MeshFile, Plane, UVPlane
 from translator.tints import Texture, load_texture
 
 OWN_PLUGINS = {
     "ward": "bsdf",
     "phong": "bsdf",
     "schlickglass": "bsdf",
+    "shadowcatcher": "bsdf",
     "parallelbeam": "emitter",
     "falloffspot": "emitter",
     "twosidedarea": "emitter",
     "ibldome": "emitter",
     "dispersivepath": "integrator",
     "sensorresponse": "integrator",
+    "shadowcatching": "integrator",
     "screencamera": "sensor",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
@@ -88,9 +91,10 @@ def translate(document, dialect="manual", asset_path=()):
     camera.account(document, dialect)
     dispersive = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
     spp = document.sampling * document.supersampling**2
-    integrator, reason = plan.integrator(document, spp, dispersive)
+    entries = _Objects(document, dialect, assets, dispersive).entries()
+    integrator, reason = plan.integrator(document, spp, dispersive, plan.plugin_types(entries))
     scene = {"type": "scene", "integrator": integrator, "sensor": camera.sensor(document, dialect)}
-    scene |= _Objects(document, dialect, assets, dispersive).entries()
+    scene |= entries
     made = plan.plan(document, scene, OWN_PLUGINS, dispersive, reason)
     return Translation(document, scene, made)
 
@@ -156,18 +160,33 @@ class _Objects:
             return {name: self.domes.light(index, block)}
         if isinstance(block.shape, MeshFile):
             parts = self.meshes.parts(block, self.find(block.shape.file), matrix)
-            return {
-                name + part.name: self.surface(
-                    part.entry, part.block, part.tints, matrix, part.opacity
-                )
-                for part in parts
-            }
+            return {name + part.name: self.part(part, matrix) for part in parts}
         entry = self.shapes.shape(index, block)
+        if self.catches_shadows(block):
+            color = materials.entry(block.color)
+            block.source.remark("shadow", note("shadow", self.dialect))
+            return {name: entry | {"bsdf": {"type": "shadowcatcher", "reflectance": color}}}
         return {name: self.surface(entry, block, self.tints(block), matrix)}
+
+    def catches_shadows(self, block):
+        """Whether an object is a plane that shows shadows alone: under image-based light (11.7)."""
+        if not (block.shadow and isinstance(block.shape, Plane | UVPlane)):
+            return False
+        if all(other.ibl_texture is None for other in self.document.objects):
+            block.source.becomes("shadow", "ignored", "there is no image-based light")
+            return False
+        return True
+
+    def part(self, part, matrix):
+        """The dictionary of a part of a mesh object."""
+        if part.block.ibl_texture is not None:
+            pixels = domes.picture(self.find(part.block.ibl_texture), part.block)
+            return part.entry | self.domes.shining(pixels, part.block.ibl_texture_coef, flip=False)
+        return self.surface(part.entry, part.block, part.tints, matrix, part.opacity, part.bump)
 
     def tints(self, block):
         """The tints of a shape: `texture` replaces both colours (section 11.2)."""
-        if block.texture is None or isinstance(block.shape, Plane | Disk | Annulus):
+        if block.texture is None or isinstance(block.shape, Plane):
             return plain_tints(block)
         picture = load_texture(
             self.find(block.texture), repeat=block.repeat, spectral=self.spectral
@@ -175,10 +194,16 @@ class _Objects:
         block.source.becomes("color", "ignored", "texture takes its place")
         return Tints(picture, picture)
 
-    def surface(self, entry, block, tints, matrix, opacity=None):
+    def surface(self, entry, block, tints, matrix, opacity=None, bump=None):
         """A shape's dictionary with its BSDF and emitter."""
         bsdf = materials.bsdf(block, tints, self.dialect)
         materials.account(block)
+        if bump is None and block.bump_texture is not None:
+            bump = self.find(block.bump_texture)
+        if bump is not None:
+            flip = not isinstance(block.shape, MeshFile)
+            bsdf = bumped(bsdf, bump, entry, block.shape, flip=flip)
+            block.source.becomes("bump_texture", "approximated", note("bump", self.dialect))
         if isinstance(tints.color, Texture) and tints.color.alpha is not None:
             opacity = tints.color.opacity()
         if opacity is not None and opacity != 1:

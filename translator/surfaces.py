@@ -163,8 +163,8 @@ class Shapes:
         linear = matrix[:3, :3]
         axes = geometry.frame(geometry.unit(shape.normal)) * shape.radius
         to_world = matrix @ geometry.affine(axes, shape.center)
-        if geometry.similarity_scale(linear) is None:
-            block.source.becomes("", "approximated", "an ellipse, tessellated")
+        if geometry.similarity_scale(linear) is None or block.texture is not None:
+            block.source.becomes("", "approximated", f"a disk of {ANNULUS_SEGMENTS} segments")
             return mesh_entry(ring(shape.radius, 0.0, shape, matrix), block.normal < 0)
         turned = (block.normal < 0) != (np.linalg.det(linear) < 0)
         return {"type": "disk", "to_world": Matrix.of(to_world)} | flipped(turned)
@@ -215,13 +215,13 @@ def mesh_entry(mesh, turned):
     return {"type": "mesh", "mesh": mesh}
 
 
-def transformed(vertices, faces, normals, matrix):
+def transformed(vertices, faces, normals, matrix, uv):
     """A mesh under a matrix; a mirroring one keeps the normals' side."""
     world = vertices @ matrix[:3, :3].T + matrix[:3, 3]
     if np.linalg.det(matrix[:3, :3]) < 0:
         faces = faces[:, ::-1]
     turned = normals @ np.linalg.inv(matrix[:3, :3])
-    return Mesh(world, faces, turned / np.linalg.norm(turned, axis=1, keepdims=True))
+    return Mesh(world, faces, turned / np.linalg.norm(turned, axis=1, keepdims=True), uv)
 
 
 def dome(shape, matrix, end):
@@ -237,7 +237,14 @@ def dome(shape, matrix, end):
     below = k + columns + 1
     faces = np.concatenate([np.stack([k, below, below + 1], 1), np.stack([k, below + 1, k + 1], 1)])
     normals = normals.reshape(-1, 3)
-    return transformed(np.array(shape.center) + shape.radius * normals, faces, normals, matrix)
+    vertices = np.array(shape.center) + shape.radius * normals
+    return transformed(vertices, faces, normals, matrix, polar_uv(normals))
+
+
+def polar_uv(n):
+    """Texture coordinates around +Z of the half y >= 0 of a sphere: u is doubled (section 11.3)."""
+    phi = np.arctan2(np.maximum(n[:, 1], 0), n[:, 0])
+    return np.stack([phi / np.pi, np.arccos(np.clip(n[:, 2], -1, 1)) / np.pi], axis=1)
 
 
 def ring(outer, inner, shape, matrix):
@@ -251,4 +258,6 @@ def ring(outer, inner, shape, matrix):
     c, d = following + ANNULUS_SEGMENTS, following
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     normals = np.tile(axes[:, 2], (len(vertices), 1))
-    return transformed(vertices, faces[: len(faces) if inner > 0 else len(k)], normals, matrix)
+    # Texture coordinates along two tangents, from 0 at the centre to 1 at the rim (section 11.3).
+    uv = (vertices - np.array(shape.center)) @ axes[:, :2] / shape.radius
+    return transformed(vertices, faces[: len(faces) if inner > 0 else len(k)], normals, matrix, uv)

@@ -114,9 +114,7 @@ class ValueReader:
         if not value:
             self.error(line, offset + 1, f"{name} expects a name, found nothing", "syntax")
             return None
-        return value, (
-            ["blank at the end of the line dropped"] if value != text.lstrip(" \t") else []
-        )
+        return value, []
 
     def environment_value(self, text, line, offset):
         """The value of `%NAME%`: a plain number from the environment, 0 if it is not set.

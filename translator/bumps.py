@@ -1,0 +1,65 @@
+"""Bump maps: normals turned by the gradient of a picture's luminance (spec section 11.8)."""
+
+import math
+
+import numpy as np
+
+from translator.images import bump_height, read_image
+from translator.neutral import Mesh, Picture
+from translator.shapes import Hemisphere, Sphere
+
+SLOPE = 25.5
+"""Slope of the surface where the picture steps from black to white within one texel: what the
+program takes for spheres, 255 times 0.1."""
+
+
+def bumped(bsdf, path, entry, shape, *, flip):
+    """A BSDF with a bump map.
+
+    Args:
+        bsdf: the BSDF's dictionary; a two-sided one is bumped inside.
+        path: the picture.
+        entry: dictionary of the shape, which tells how far one texel reaches.
+        shape: shape of the object.
+        flip: whether v = 0 is the bottom row of the picture.
+
+    Raises:
+        ImageError: the file is no picture.
+    """
+    if bsdf["type"] in ("twosided", "mask"):
+        return bsdf | {"bsdf": bumped(bsdf["bsdf"], path, entry, shape, flip=flip)}
+    height = np.asarray(bump_height(read_image(path)), np.float32)
+    rows, columns = height.shape
+    # Mitsuba displaces along the normal by scale times the picture; its slope is that over length.
+    length = texel_length(entry, shape, rows, columns)
+    texture = {
+        "type": "bitmap",
+        "picture": Picture((height[::-1] if flip else height)[..., None]),
+        "raw": True,
+    }
+    return {"type": "bumpmap", "scale": SLOPE * length, "bump_texture": texture, "bsdf": bsdf}
+
+
+def texel_length(entry, shape, rows, columns):
+    """Mean length of one texel on the surface [scene unit]."""
+    if isinstance(shape, Sphere | Hemisphere) and "radius" in entry:
+        return math.pi * entry["radius"] / rows
+    if isinstance(entry.get("mesh"), Mesh) and entry["mesh"].uv is not None:
+        mesh = entry["mesh"]
+        share = area(mesh.uv, mesh.faces)
+        world = area(mesh.vertices, mesh.faces)
+        return math.sqrt(world / share / (rows * columns)) if share > 0 else 0.0
+    if "to_world" in entry and entry["type"] == "rectangle":
+        matrix = np.array(entry["to_world"].rows)
+        u, v = 2 * np.linalg.norm(matrix[:3, 0]), 2 * np.linalg.norm(matrix[:3, 1])
+        return math.sqrt(u / columns * v / rows)
+    return 0.0
+
+
+def area(points, faces):
+    """Total area of triangles, whose corners have two or three coordinates."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    p, q = b - a, c - a
+    # |p x q| by Lagrange's identity, in any dimension.
+    squared = (p * p).sum(1) * (q * q).sum(1) - (p * q).sum(1) ** 2
+    return float(np.sqrt(np.maximum(squared, 0)).sum() / 2)
