@@ -1,0 +1,173 @@
+"""Parsing of `OBJECT` blocks: shapes, attributes, and the words of real files (section 1.5)."""
+
+import pytest
+
+from translator import read_text
+from translator.blocks import Transform
+from translator.diagnostics import SceneError
+from translator.objects import Reflection
+from translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+
+BALL = "OBJECT\nsphere 0 0 0 1\n"
+BELOW = "reflection Subsurface_Scattering\n"
+
+
+def scene(text):
+    return read_text(text, environ={})
+
+
+def ball(lines):
+    """The object that attribute lines make of a sphere."""
+    (block,) = scene(BALL + lines).objects
+    return block
+
+
+def outcomes(text):
+    """Keyword, outcome and note of each reported line, by line number."""
+    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).source.all}
+
+
+def error(text):
+    """Line, column, kind and message of the only error."""
+    with pytest.raises(SceneError) as caught:
+        scene(text)
+    (p,) = caught.value.problems
+    return p.line, p.column, p.kind, p.message
+
+
+# -- words of real files (1.5) --------------------------------------------------------------------
+
+
+def test_normals_under_any_word():
+    """The line below `plane`, `disk` and `disk2` may start with any word, such as `nromal`."""
+    for word in ("normal", "nromal", "n"):
+        (block,) = scene(f"OBJECT\ndisk 1 2 3 4\n{word} 0 2 0\n").objects
+        assert block.shape == Disk((1, 2, 3), 4, (0, 2, 0))
+    (block,) = scene("OBJECT\nplane 1 2 3\nnormal 0 2 0\n").objects
+    assert block.shape == Plane((1, 2, 3), (0, 2, 0))
+    (block,) = scene("OBJECT\ndisk2 1 2 3 5 4\nnormal 0 2 0\n").objects
+    assert block.shape == Annulus((1, 2, 3), 5, 4, (0, 2, 0))
+
+
+def test_a_forgotten_normal_is_an_error():
+    """An attribute where the normal must stand would be swallowed by the program."""
+    line, column, _, message = error("OBJECT\nplane 0 0 0\ncolor 1 1 1\n")
+    assert (line, column) == (3, 1)
+    assert "expects a line 'normal x y z'" in message
+
+
+@pytest.mark.parametrize("order", [("U 1 0 0", "V 0 0 1"), ("V 0 0 1", "U 1 0 0")])
+def test_edges_in_either_order(order):
+    """The first letter decides."""
+    (block,) = scene("OBJECT\nuvplane 0 0 0\n" + "\n".join(order)).objects
+    assert block.shape == UVPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))
+
+
+def test_a_uvplane_without_edges_is_left_out():
+    """One real file: the block has no shape, its lines are accounted for, nothing else is lost."""
+    text = "OBJECT\nuvplane 0 0 0\nemission 1 1 1\ncolor 0 0 0\n\n" + BALL
+    assert len(scene(text).objects) == 1
+    report = outcomes(text)
+    assert [report[line][1] for line in (1, 2, 3, 4)] == ["ignored"] * 4
+    assert "without a usable shape" in report[1][2]
+    assert "uvplane expects a line 'U x y z'" in error("OBJECT\nuvplane 0 0 0\nU 1 0 0\n")[3]
+
+
+def test_anything_that_starts_like_specular():
+    """The program compares six letters."""
+    for word in ("specular", "specul", "specula", "specularity"):
+        assert ball(f"{word} 1 2 3\n").specular == (1, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("line", "field", "value"),
+    [("circle_map 1", "hemisphere_map", True), ("hemisphere_map 1", "hemisphere_map", True),
+     ("normal 0 1 0", "normal", 0), ("normal -1", "normal", -1), ("normal -1.0", "normal", -1)],
+)
+def test_old_words(line, field, value):
+    """Older names, and `normal` with a vector, of which the program reads the first integer."""
+    assert getattr(ball(line + "\n"), field) == value
+
+
+@pytest.mark.parametrize("line", ["coef 2", "direct_normal 0 -1 0", "texture_coef 0.5"])
+def test_words_without_effect(line):
+    """Noted and passed over, as in the program."""
+    assert ball(line + "\ncolor 1 1 1\n").color == (1, 1, 1)
+    assert outcomes(BALL + line + "\n")[3][1] == "ignored"
+
+
+def test_an_unknown_shape_of_a_real_file():
+    """`diskX` leaves its object out, with a note at every line."""
+    text = "OBJECT\ndiskX 0 0 25\ncolor 1 1 1\n"
+    assert scene(text).objects == []
+    assert {outcome for _, outcome, _ in outcomes(text).values()} == {"ignored"}
+
+
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [("ward_brdf 0.5 0.6 0.1 0.2", (0.5, 0.6, 0.1, 0.2)),
+     ("ward_brdf 0.6 0.1 0.2", (1, 0.6, 0.1, 0.2)),
+     ("ward_brdf 0.1 0.2", (1, 1, 0.1, 0.2))],
+)
+def test_old_forms_of_ward(line, value):
+    """Two and three values stand for rho_d 1, and rho_s 1 (16 real files)."""
+    assert ball(line + "\n").ward_brdf == value
+    assert ("old form" in outcomes(BALL + line)[3][2]) == (len(line.split()) < 5)
+
+
+def test_ward_needs_lobes():
+    """alpha 0 is no lobe; five values are too many."""
+    assert error(BALL + "ward_brdf 0 1 0 0.1\n")[:3] == (3, 15, "range")
+    assert error(BALL + "ward_brdf 0 1 1 1 1\n")[:3] == (3, 19, "syntax")
+
+
+def test_bssrdf_takes_one_line():
+    """The program throws the line below away."""
+    assert ball("BSSRDF\n0\ncolor 1 1 1\n").color == (1, 1, 1)
+
+
+# -- objects --------------------------------------------------------------------------------------
+
+
+def test_shapes():
+    """The shapes without lines below them."""
+    lines = ("objfile a b\\ソ.obj", "infinity_light 0 -2 0", "sphere 0 0 0 -2")
+    document = scene("\n\n".join("OBJECT\n" + line for line in lines))
+    assert [block.shape for block in document.objects] == [
+        MeshFile("a b\\ソ.obj"), InfinityLight((0, -2, 0)), Sphere((0, 0, 0), 2)]
+    assert "radius -2 read as 2" in document.objects[2].source.all[1].note
+
+
+def test_transforms_keep_their_order():
+    """They are applied in the order of the file."""
+    assert ball("translate 1 2 3\nscale 2 2 2\nrotation 0 90 0\n").transforms == [
+        Transform("translate", (1, 2, 3)),
+        Transform("scale", (2, 2, 2)),
+        Transform("rotation", (0, 90, 0)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "reflection", "roughness"),
+    [
+        ("", Reflection(), None),
+        ("reflection diffuse\n", Reflection("diffuse"), 1),
+        ("reflection specular\n", Reflection("specular"), 0),
+        ("reflection diffuse\nroughness 0.3\n", Reflection("diffuse"), 0.3),
+        ("roughness 0.3\nreflection diffuse\n", Reflection("diffuse"), 1),
+        ("reflection diffuse\nreflection ward_brdf\n", Reflection("ward"), 1),
+        ("reflection reflection\n" + BELOW, Reflection("glass", True), None),
+        (BELOW, Reflection(None, True), None),
+        (BELOW + "reflection reflection\n", Reflection("glass"), None),
+        ("reflection reflection\nreflection reflection99\n",
+         Reflection("glass", False, "formula99"), None),
+        ("reflection reflection1\n1 2 3\n",
+         Reflection("glass", False, "cauchy6", (1, 2, 3, 0, 0, 0)), None),
+        ("reflection reflection2\n1\t2e-2 3 4 5 -6\n",
+         Reflection("glass", False, "sellmeier3", (1, 0.02, 3, 4, 5, -6)), None),
+    ],
+)
+def test_reflections(lines, reflection, roughness):
+    """What the last `reflection` line makes of the ones before (8, 8.1, 8.7, 10.2)."""
+    block = ball(lines)
+    assert (block.reflection, block.roughness) == (reflection, roughness)
