@@ -35,8 +35,9 @@ class Texture:
 
     def entry(self):
         """The dictionary of the texture."""
-        # By wavelength, colours must be converted to spectra; else the values are used as they are.
-        return self._bitmap(self.rgb, raw=not self.spectral)
+        # Colours are converted to spectra in spectral variants. Values above 1 have no reflectance
+        # spectrum: they are used as they are, unless the scene is rendered by wavelength.
+        return self._bitmap(self.rgb, raw=not self.spectral and bool(self.rgb.max() > 1))
 
     def opacity(self):
         """The dictionary of the opacity, None where everything is opaque."""
