@@ -167,14 +167,18 @@ class prepared:
         self.translation = translation
         self.seed = seed
         self.integrator = integrator
-        self.variant = variant(usable_variant(translation.plan, wanted))
+        self.name = usable_variant(translation.plan, wanted)
+        self.variant = variant(self.name)
 
     def __enter__(self):
-        self.variant.__enter__()
+        try:
+            self.variant.__enter__()
+        except ImportError as error:
+            raise CannotRender(f"{self.name} does not work here: {reason(error)}") from None
         try:
             thread = self.translation.document.thread
             use_threads(thread)
-            scene = mi.load_dict(self.translation.dictionary())
+            scene = loaded(self.translation)
             chosen = self.integrator and other_integrator(self.integrator, self.translation)
             return Session(scene, self.translation.plan.spp, self.seed, chosen)
         except BaseException:
@@ -183,6 +187,23 @@ class prepared:
 
     def __exit__(self, *error):
         return self.variant.__exit__(*error)
+
+
+def loaded(translation):
+    """The Mitsuba scene of a translation.
+
+    Raises:
+        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision.
+    """
+    try:
+        return mi.load_dict(translation.dictionary())
+    except (RuntimeError, TypeError) as error:
+        raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
+
+
+def reason(error):
+    """The last line of an error's text: Mitsuba puts whole Python tracebacks before it."""
+    return str(error).strip().rpartition("\n")[2]
 
 
 def other_integrator(name, translation):
@@ -198,7 +219,7 @@ def other_integrator(name, translation):
         try:
             made = mi.load_dict({"type": name} | parameters)
         except RuntimeError as error:
-            errors.append(str(error))
+            errors.append(reason(error))
             continue
         if isinstance(made, mi.Integrator):
             return made

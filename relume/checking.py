@@ -47,10 +47,7 @@ def check_file(path, dialect="manual", asset_path=(), environ=None):
 
 
 def files_below(paths):
-    """The files named, and for folders the `.txt` files below them, in order.
-
-    `README.txt` is no scene, nor is a file without any keyword; those of folders are left out.
-    """
+    """The files named, and for folders the `.txt` files below them, in order."""
     for path in map(Path, paths):
         if path.is_dir():
             yield from (file for file in sorted(path.rglob("*.txt")) if file.is_file())

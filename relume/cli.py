@@ -79,6 +79,13 @@ def check(paths, as_json, brief, dialect, asset_path):
     sys.exit(checking.exit_status(results) if results else 1)
 
 
+def not_nan(_ctx, _param, value):
+    """Refuse NaN, which compares with nothing."""
+    if value is not None and value != value:
+        raise click.BadParameter("nan is no number of seconds")
+    return value
+
+
 @main.command()
 @click.argument("scene", type=click.Path())
 @click.option(
@@ -103,6 +110,7 @@ def check(paths, as_json, brief, dialect, asset_path):
     "--time-limit",
     type=click.FloatRange(min=0),
     metavar="SECONDS",
+    callback=not_nan,
     help="Stop then, with what there is.",
 )
 @scene_options
@@ -158,7 +166,9 @@ class readable_errors:
             for line in error.described():
                 click.echo(line, err=True)
             sys.exit(1)
-        if isinstance(error, CannotRender | OutputError | ValueError | OSError):
+        if isinstance(error, OSError) and error.strerror:
+            error = f"{error.filename}: {error.strerror}"
+        if isinstance(error, CannotRender | OutputError | ValueError | OSError | str):
             click.echo(f"relume: {error}", err=True)
             sys.exit(1)
         return False

@@ -1,5 +1,6 @@
 """`relume convert`: a scene as Mitsuba XML with its files, or as Python source."""
 
+import errno
 import shutil
 from pathlib import Path
 
@@ -34,13 +35,15 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     """
     translation = _translated(path, dialect, asset_path)
     out = Path(out)
+    if out.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder, expected an XML file", str(out))
     out.parent.mkdir(parents=True, exist_ok=True)
     with variant(usable_variant(translation.plan)):
         files = _Files(out)
         scene = files.externalise(translation.scene)
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
         name_kinds(state)
-        mi.parser.write_file(state, str(out))
+        out.write_text(mi.parser.write_string(state), encoding="utf-8")
     return [out, *files.written]
 
 

@@ -194,7 +194,8 @@ def run(session, dumps, time_limit, stop, console):
         TimeRemainingColumn(),
     )
     pixels = session.width * session.height
-    with Progress(*columns, console=console, transient=True) as bar:
+    quiet = not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
         task = bar.add_task("render", total=len(session.passes), rate="")
         last = 0.0
         for progress in session.run():

@@ -51,6 +51,12 @@ def use_threads(count):
     dr.set_thread_count(cores if count is None else max(1, min(int(count), cores)))
 
 
+def samples_rays(integrator):
+    """Whether an integrator has a `sample` that tells the radiance along a ray."""
+    differentiating = isinstance(integrator, mi.CppADIntegrator)
+    return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
+
+
 class Session:
     """Renders one loaded scene; the variant it was loaded under must stay set.
 
@@ -68,9 +74,7 @@ class Session:
         self.spp = int(spp)
         self.seed = int(seed)
         self.width, self.height = (int(x) for x in self.sensor.film().crop_size())
-        self.by_sample = "scalar" not in mi.variant() and isinstance(
-            self.integrator, mi.SamplingIntegrator
-        )
+        self.by_sample = "scalar" not in mi.variant() and samples_rays(self.integrator)
         per_pass = max(1, SAMPLES_PER_PASS // (self.width * self.height))
         whole, rest = divmod(self.spp, per_pass)
         self.passes = [per_pass] * whole + ([rest] if rest else [])
@@ -124,15 +128,20 @@ class Session:
         size = mi.Vector2f(*(dr.opaque(mi.Float, x) for x in (self.width, self.height)))
         position = (corner + self._in_pixel(sampler.next_2d())) / size
         aperture = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        spectral = mi.is_spectral
-        wavelength = sampler.next_1d() if spectral else mi.Float(0)
+        wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
         ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, aperture)
         with dr.suspend_grad():
             L, valid, _ = self.integrator.sample(self.scene, sampler, ray)
-        L = dr.select(valid, L * weight, 0)
-        color = mi.spectrum_to_srgb(L, ray.wavelengths) if spectral else mi.Color3f(L)
+        L = dr.select(valid, mi.unpolarized_spectrum(L * weight), 0)
+        color = self._color(L, ray)
         dr.eval(color)
         return np.stack([np.array(dr.block_sum(channel, spp)) for channel in color], axis=-1)
+
+    def _color(self, L, ray):
+        """Linear RGB of radiances."""
+        if mi.is_spectral:
+            return mi.spectrum_to_srgb(L, ray.wavelengths)
+        return mi.Color3f(L[0]) if mi.is_monochromatic else mi.Color3f(L)
 
     def _in_pixel(self, u):
         """Offset in the pixel, distributed as the film's reconstruction filter."""
