@@ -2,7 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from translator.neutral import Color, Matrix, Mesh, Picture
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN_SCENES = sorted((ROOT / "scenes").glob("*.txt"))
@@ -25,3 +28,29 @@ def pytest_generate_tests(metafunc):
 def scene_files():
     """The repository's own scenes and those of the corpus, if it is there."""
     return [*OWN_SCENES, *CORPUS]
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, Matrix):
+        return _plain(value.rows)
+    if isinstance(value, Color):
+        return _plain(value.rgb)
+    if isinstance(value, Mesh):
+        return _plain({key: item for key, item in vars(value).items() if item is not None})
+    if isinstance(value, Picture):
+        return _plain(value.pixels)
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return float(f"{value:.9g}") + 0.0  # so that -0 and rounding make no difference
+    return value
+
+
+@pytest.fixture(scope="session")
+def plain():
+    """Function from a translated scene to values that can be compared and written as JSON."""
+    return _plain

@@ -1,0 +1,177 @@
+"""The two dialects: rows of kind `switch` change what they say, no other row changes anything."""
+
+import math
+
+import numpy as np
+import pytest
+
+from translator import read_text, translate
+from translator.dialects import DIALECTS, DIFFERENCES, note
+
+BALL = "OBJECT\nsphere 0 0 0 1\n"
+GREY = "color 0.4 0.4 0.4\nspecular 0.4 0.4 0.4\n"
+OFF = "luminance_cutoff\n0\n"
+"""The program's own cutoff wraps the integrator; scenes that ask for none have none."""
+
+NOT_RENDERED_YET = {"sss-dipole": BALL + "reflection Subsurface_Scattering\n",
+                    "mlt": "metropolisTransport\n1\n"}
+
+
+def both(text, **options):
+    """Translations of a scene in the dialects `manual` and `prender`."""
+    document = read_text(text, environ={})
+    return [translate(document, dialect, **options) for dialect in DIALECTS]
+
+
+def notes(translation):
+    return " ".join(report.note for report in translation.document.source.all)
+
+
+def inner_bsdf(translation):
+    return translation.scene["object_3"]["bsdf"]["bsdf"]
+
+
+def test_unknown_dialect():
+    """A misspelt dialect is an error, not the default."""
+    with pytest.raises(ValueError, match="unknown dialect 'maual'"):
+        translate(read_text("", environ={}), "maual")
+
+
+def test_camera_angle():
+    """Horizontal in the manual, vertical in the program: tan(fov_y / 2) differs by the aspect."""
+    manual, program = both(OFF + "IMAGE\n200 100\nCAMERA_ANGLE\n60\n")
+    half = math.radians(manual.scene["sensor"]["fov"]) / 2
+    assert math.tan(half) == pytest.approx(math.tan(math.radians(30)) / 2)
+    assert program.scene["sensor"]["fov"] == pytest.approx(60)
+    assert "camera-angle" in notes(manual) and "camera-angle" in notes(program)
+
+
+def test_uvplane_extent():
+    """The program squares the lengths of the edges: 2 becomes 4, and 0.5 becomes 0.25."""
+    text = OFF + "OBJECT\nuvplane 1 1 1\nU 2 0 0\nV 0 0.5 0\n"
+    for translation, size in zip(both(text), ((2, 0.5), (4, 0.25)), strict=True):
+        to_world = np.array(translation.scene["object_3"]["to_world"].rows)
+        corners = np.array([[-1, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1]]) @ to_world.T
+        expected = [[1, 1, 1], [1 + size[0], 1, 1], [1 + size[0], 1 + size[1], 1]]
+        assert corners[:, :3] == pytest.approx(np.array(expected))
+        assert "uvplane-extent" in notes(translation)
+
+
+def test_ward_diffuse():
+    """Both parts in full, or a blend by their means: a half each where they are equal."""
+    manual, program = both(OFF + BALL + GREY + "reflection ward_brdf\nward_brdf 1 1 0.1 0.2\n")
+    for translation, value in ((manual, 0.4), (program, 0.2)):
+        parts = inner_bsdf(translation)
+        assert parts["diffuse_reflectance"]["value"] == pytest.approx([value] * 3)
+        assert parts["specular_reflectance"]["value"] == pytest.approx([value] * 3)
+        assert "ward-diffuse" in notes(translation)
+
+
+def test_phong_diffuse():
+    """Both parts in full, or a blend by `roughness`."""
+    text = OFF + BALL + GREY + "reflection phong_brdf\nphong_brdf 1 1 20\nroughness 0.25\n"
+    for translation, diffuse, lobe in zip(both(text), (0.4, 0.1), (0.4, 0.3), strict=True):
+        parts = inner_bsdf(translation)
+        assert parts["diffuse_reflectance"]["value"] == pytest.approx([diffuse] * 3)
+        assert parts["specular_reflectance"]["value"] == pytest.approx([lobe] * 3)
+        assert "phong-diffuse" in notes(translation)
+
+
+def test_dispersion_rgb():
+    """By wavelength, or with one index under RGB."""
+    manual, program = both(OFF + BALL + "color 1 1 1\nreflection reflection99\n")
+    assert (manual.plan.variant, manual.plan.integrator) == ("llvm_ad_spectral", "dispersivepath")
+    assert (program.plan.variant, program.plan.integrator) == ("llvm_ad_rgb", "path")
+
+
+def test_infinity_length():
+    """A direction, or a brightness that follows the vector's length."""
+    manual, program = both(OFF + "OBJECT\ninfinity_light 0 -2 0\nemission 1 2 3\n")
+    for translation, factor in ((manual, 1), (program, 2)):
+        light = translation.scene["object_3_light"]
+        expected = [math.pi * factor * k for k in (1, 2, 3)]
+        assert light["irradiance"]["value"] == pytest.approx(expected)
+        assert light["direction"] == [0, -1, 0]
+        assert "infinity-length" in notes(translation)
+
+
+def test_luminance_cutoff():
+    """Off, or 0.025 where the file is silent: times the samples, for each sample alone."""
+    manual, program = both("SAMPLING\n10\nSUPERSAMPLING\n2\n")
+    assert manual.scene["integrator"]["type"] == "path"
+    assert program.scene["integrator"]["type"] == "sensorresponse"
+    assert program.scene["integrator"]["luminance_limit"] == pytest.approx(0.025 * 40)
+    assert all(t.scene["integrator"]["type"] == "path" for t in both(OFF))
+    limits = [t.scene["integrator"]["luminance_limit"] for t in both("luminance_cutoff\n0.5\n")]
+    assert limits == [16, 16]
+
+
+def test_angular_map(tmp_path):
+    """The centre of a light probe is -Z, or +Z and mirrored."""
+    (tmp_path / "probe.ppm").write_bytes(b"P6\n4 4\n255\n" + bytes(range(48)))
+    dome = "OBJECT\nsphere 0 0 0 5\nibl_texture probe.ppm\nangular_map 1\n\n"
+    text = OFF + "CAMERA_POS\n0 0 0\n" + dome + "OBJECT\nsphere 3 0 0 1\n"
+    manual, program = both(text, asset_path=[tmp_path])
+    assert manual.scene["object_5"]["emitter"]["map"] == "angular"
+    assert program.scene["object_5"]["emitter"]["map"] == "angular_mirrored"
+    assert "angular-map" in notes(manual) and "angular-map" in notes(program)
+
+
+@pytest.mark.parametrize("id", NOT_RENDERED_YET)
+def test_rows_of_what_is_not_rendered_yet(id):
+    """Their lines are reported as unsupported in both dialects."""
+    for translation in both(NOT_RENDERED_YET[id]):
+        assert translation.status() == "unsupported"
+
+
+def test_every_switch_is_tested():
+    """Each row of kind `switch` has a test above that is named after it."""
+    switches = {row.id for row in DIFFERENCES.values() if row.kind == "switch"}
+    tested = {id for id in switches if f"test_{id.replace('-', '_')}" in globals()}
+    assert switches == tested | set(NOT_RENDERED_YET)
+
+
+UNSWITCHED = {
+    "screen": "SCREEN\n20 30 40\n",
+    "camera-matrix-up": "CAMERA_MATRIX\nrotation 0 30 0\ntranslate 1 2 3\nscale 2 2 2\n",
+    "sphere-rotation": "OBJECT\nsphere 1 0 0 1\nrotation 0 90 0\n",
+    "ward-exponent": BALL + "specular 1 1 1\nreflection ward_brdf\nward_brdf 0 1 0.1 0.2\n",
+    "glass-colour": BALL + "color 0.5 0.6 0.7\nreflection reflection\nrefractive_index 1.3\n",
+    "no-reflection-line": BALL + "color 0.5 0.6 0.7\n",
+    "roughness": BALL + "color 0.5 0.6 0.7\nreflection diffuse\nroughness 0.25\n",
+    "emission-units": "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\nemission 1 1 1\nparallel_light 1\n",
+    "spot": BALL + "emission 1 1 1\nspot_light 1\nspot_light_angle 30 10\n",
+    "several-lights": (BALL + "emission 1 1 1\n\n") * 2,
+    "ambient": "ENV_LIGHT 0.1 0.2 0.3\n" + BALL,
+    "gamma": "gamma_offset\n0\n",
+    "timelimit": "TIMELIMIT\n2\n",
+    "roulette": "DEPTH\n3\nDEPTH_LIMIT\n5\n",
+}
+NOTED = {"camera-matrix-up", "sphere-rotation", "no-reflection-line", "roughness", "emission-units",
+         "spot", "gamma", "timelimit"}
+"""Rows that a line can touch without anything else to say."""
+
+
+@pytest.mark.parametrize("id", UNSWITCHED)
+def test_other_rows_change_nothing(id, plain):
+    """The dialects translate a scene that touches the row alike."""
+    assert DIFFERENCES[id].kind in ("same", "never")
+    manual, program = both(OFF + UNSWITCHED[id])
+    assert plain(manual.scene) == plain(program.scene)
+    assert manual.plan == program.plan
+    assert (f"{id}: " in notes(manual)) or id not in NOTED
+
+
+def test_centres_of_spheres_turn_about_the_origin():
+    """Row sphere-rotation, whose defect no dialect copies: (1, 0, 0) turned about Y is -Z."""
+    for translation in both(OFF + UNSWITCHED["sphere-rotation"]):
+        assert translation.scene["object_3"]["center"] == pytest.approx([0, 0, -1])
+
+
+def test_notes_say_who_is_followed():
+    """A note names its row, what is done, and what is not."""
+    row = DIFFERENCES["infinity-length"]
+    id, manual, program = row.id, row.manual, row.program
+    assert note(id, "manual") == f"{id}: {manual}, as the manual; the program: {program}"
+    assert note(id, "prender") == f"{id}: {program}, as the program; the manual says {manual}"
+    assert note("no-reflection-line", "prender") == note("no-reflection-line", "manual")
