@@ -6,6 +6,9 @@ from translator.diagnostics import Problem
 from translator.document import MAX_PIXELS, MAX_SAMPLES
 from translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
 
+NARROWEST, WIDEST = 1e-3, 179.9
+"""Field of view that a camera can have [degree]."""
+
 PARALLEL = 1e-9
 """Sine of the angle below which two vectors count as parallel."""
 
@@ -19,6 +22,7 @@ def check(document):
     problems = []
     _picture(document, problems)
     _camera(document, problems)
+    _field_of_view(document, problems)
     for block in document.objects:
         _shape(block, problems)
         _spot(block, problems)
@@ -56,6 +60,20 @@ def _camera(document, problems):
     elif _parallel(direction, document.camera_upvec):
         message = "CAMERA_UPVEC is parallel to the viewing direction"
         _problem(problems, document.source, "camera_upvec", message)
+
+
+def _field_of_view(document, problems):
+    width, height, distance = document.screen
+    if document.camera_angle is not None:
+        return
+    for side, size in (("width", width), ("height", height)):
+        angle = math.degrees(2 * math.atan(size / 2 / distance))
+        if not NARROWEST <= angle <= WIDEST:
+            wanted = f"expected {NARROWEST:g} to {WIDEST:g} degrees"
+            found = f"{side} {size:g} at distance {distance:g} is {angle:.3g} degrees"
+            message = f"SCREEN: {found}, {wanted}"
+            _problem(problems, document.source, "screen", message, "range")
+            return
 
 
 def _shape(block, problems):

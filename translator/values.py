@@ -6,6 +6,9 @@ from translator.diagnostics import Problem
 from translator.expressions import ExpressionError, clip, evaluate
 from translator.keywords import TEXTS
 
+MAX_NUMBER = 1e30
+"""Largest absolute value of a number: beyond it single precision fails."""
+
 _LEADING_NUMBERS = re.compile(r"\s*([+-]?\d+(?:\.\d*)?)")
 
 
@@ -49,6 +52,11 @@ class ValueReader:
                 "syntax",
             )
             return None
+        for value, column in found:
+            if abs(value) > MAX_NUMBER:
+                message = f"{name} expects numbers up to {MAX_NUMBER:g}, found {value:g}"
+                self.error(line, offset + column + 1, message, "range")
+                return None
         return [(value, offset + column + 1) for value, column in found], notes
 
     def integers(self, name, text, line, offset, count):
