@@ -58,7 +58,7 @@ def test_problems(text, line, kind, message):
         "CAMERA_DIR\n0 0 0\nTARGET_POS\n0 1 2\n",  # the target replaces the direction
         BALL + "spot_light_angle 20 30\n",  # it is no spot light
         BALL + "scale -1 1 1\n",
-        "OBJECT\nuvplane 0 0 0\nU 1e-100 0 0\nV 0 1e100 0\n",
+        "OBJECT\nuvplane 0 0 0\nU 1e-100 0 0\nV 0 1e30 0\n",
     ],
 )
 def test_what_is_allowed(text):
