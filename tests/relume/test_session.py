@@ -127,8 +127,9 @@ def test_every_pixel_is_where_mitsuba_puts_it(tmp_path, settings):
 def test_integrators_that_have_no_radiance_along_a_ray(tmp_path):
     """`prb` and `ptracer` render by their own means; above a diffuse floor they agree with `path`.
 
-    The standard error of a mean is 0.05 % (0.23 % for `ptracer`), measured over seeds; the tolerance
-    is 1.5 %."""
+    The standard error of a mean is 0.05 % (0.23 % for `ptracer`), measured over seeds; the
+    tolerance is 1.5 %.
+    """
     camera = "CAMERA_POS\n0 6 6\nTARGET_POS\n0 0 0\nSCREEN\n20 20 40\n"
     floor = "OBJECT\nuvplane -5 0 5\nU 10 0 0\nV 0 0 -10\ncolor 0.6 0.5 0.4\nreflection diffuse\n"
     lamp = "OBJECT\nuvplane -1 3 -1\nU 2 0 0\nV 0 0 2\nemission 5 5 5\nreflection diffuse\n"

@@ -1,0 +1,218 @@
+"""`relume render` as a whole: names, formats, confinement, dumps, limits and interrupts."""
+
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from PIL import Image
+from rich.console import Console
+
+import relume
+from relume import output, rendering
+from relume import session as sessions
+from relume.rendering import render_file
+
+NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty working directory, apart from the folder that holds the scenes."""
+    folder = tmp_path / "work" / "here"
+    folder.mkdir(parents=True)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+@pytest.fixture
+def console():
+    return Console(record=True, file=io.StringIO(), width=200)
+
+
+@pytest.fixture
+def short_passes(monkeypatch):
+    """Many passes even of a small picture."""
+    monkeypatch.setattr(sessions, "SAMPLES_PER_PASS", 32 * 24)
+
+
+def files(folder):
+    """Names of all files below a folder, links not followed."""
+    paths = (os.path.join(at, name) for at, _, names in os.walk(folder) for name in names)
+    return sorted(os.path.relpath(path, folder) for path in paths)
+
+
+# ---- names
+
+
+def test_without_o_the_name_is_the_scenes_with_what_was_rendered(room, here, console):
+    picture, bmp = render_file(room("OUTPUT\nshots/box.hdr"), console=console)
+    assert picture.parent == here / "shots" and NAME.fullmatch(picture.name)
+    assert bmp == picture.with_suffix(".bmp")
+    assert len(files(here)) == 2
+
+
+def test_marks_in_the_name(room, here, console, monkeypatch):
+    monkeypatch.setenv("SUFFIX_SYMBOL", "_draft")
+    path = room("OUTPUT\nbox.bmp\nnextEventEstimation\n1")
+    (picture,) = render_file(path, spp=2, variant="llvm_ad_rgb", console=console)
+    assert re.fullmatch(r"box_2x1_nes_\d+\.\d\(2spp\)_draft\.bmp", picture.name)
+    assert files(here) == [picture.name]
+
+
+def test_with_o_the_name_is_that_one(room, here, console):
+    written = render_file(room(), out="new/a.exr", console=console)
+    assert [path.as_posix() for path in written] == files(here)[::-1] == ["new/a.exr", "new/a.bmp"]
+
+
+def test_a_folder_takes_the_scenes_own_name(room, here, console):
+    path = room("OUTPUT\nbox.hdr")
+    for out in ("new/", "new"):
+        picture = render_file(path, out=out, console=console)[0]
+        assert picture.parent.name == "new" and NAME.fullmatch(picture.name)
+
+
+@pytest.mark.parametrize("named", ["../../a.bmp", "/a.bmp", "..\\..\\a.bmp", "C:\\a.bmp"])
+def test_what_a_scene_names_stays_below_the_working_directory(room, here, console, named):
+    (picture,) = render_file(room(f"OUTPUT\n{named}"), console=console)
+    assert picture.resolve().is_relative_to(here)
+    assert "is written as" in console.export_text()
+    assert files(here.parent.parent) == ["room.txt", f"work/here/{picture.name}"]
+
+
+def test_dumps_stay_there_too(room, here, console, short_passes):
+    here.joinpath("image").symlink_to(here.parent)
+    render_file(room("IMAGEDUMP\n1e-9\nOUTPUT\n../../box.bmp"), spp=2, console=console)
+    assert all(name.startswith("here/") for name in files(here.parent))
+    assert "image_/output_W000001.bmp" in files(here)
+
+
+def test_a_name_without_a_known_extension_becomes_a_ppm(room, here, console):
+    picture, _ = render_file(room("OUTPUT\nbox.tiff"), console=console)
+    assert picture.suffix == ".ppm" and "no known extension" in console.export_text()
+
+
+# ---- formats
+
+
+@pytest.mark.parametrize("extension", [".exr", ".hdr", ".png", ".bmp", ".ppm"])
+def test_formats_hold_the_picture_that_python_gets(room, here, console, extension):
+    """Linear formats to their precision (RGBE: 1/128 of the brightest channel), others encoded."""
+    path = room("gamma_offset\n0.4")
+    expected = relume.render(path, seed=2)
+    written = render_file(path, out=f"a{extension}", seed=2, console=console)
+    assert written[-1].suffix == ".bmp"
+    encoded = output.encode_display(expected, 0.4)
+    assert np.array_equal(np.asarray(Image.open(written[-1])), encoded)
+    if extension in (".png", ".ppm"):
+        assert np.array_equal(np.asarray(Image.open(written[0])), encoded)
+    elif extension != ".bmp":
+        read = np.array(mi.Bitmap(str(written[0])))[..., :3]
+        error = np.abs(read - expected) / expected.max(axis=2, keepdims=True)
+        assert error.max() <= (0 if extension == ".exr" else 1 / 128)
+
+
+# ---- dumps and limits
+
+
+def test_dumps_at_the_scenes_interval(room, here, console, short_passes):
+    """An interval that every pass exceeds: one dump a pass but the last, which is the picture."""
+    render_file(room("IMAGEDUMP\n1e-9"), out="a.png", spp=5, console=console)
+    assert files(here / "image") == [f"output_W{k:06d}.bmp" for k in range(1, 5)]
+    last, final = (np.asarray(Image.open(p), float) for p in ("image/output_W000004.bmp", "a.png"))
+    assert abs(last.mean() - final.mean()) < 0.05 * final.mean()
+
+
+def test_dumps_lie_beside_the_picture_that_the_scene_names(room, here, console, short_passes):
+    render_file(room("IMAGEDUMP\n1e-9\nOUTPUT\nshots/box.bmp"), spp=2, console=console)
+    assert "shots/image/output_W000001.bmp" in files(here)
+
+
+def test_imagedump_0_means_none(room, here, console, short_passes):
+    render_file(room("IMAGEDUMP\n0"), out="a.png", spp=5, console=console)
+    assert files(here) == ["a.bmp", "a.png"]
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+def test_a_time_limit_ends_the_render_with_what_there_is(room, here, console, in_file):
+    settings, limit = (f"TIMELIMIT\n{0.5 / 3600}", None) if in_file else ("", 0.5)
+    start = time.perf_counter()
+    render_file(room(settings), out="a.exr", spp=10**8, time_limit=limit, console=console)
+    assert time.perf_counter() - start < 10
+    assert "time limit reached after" in console.export_text()
+    mean = np.array(mi.Bitmap("a.exr")).mean()
+    assert mean == pytest.approx(relume.render(room(), spp=400).mean(), rel=0.02)
+
+
+def test_the_command_line_limit_goes_before_the_files(room, here, console):
+    render_file(room("TIMELIMIT\n0"), out="a.exr", spp=3, time_limit=60, console=console)
+    assert "time limit" not in console.export_text()
+
+
+def test_with_a_time_limit_the_picture_is_dumped_every_minute(room):
+    document = relume.read(room("IMAGEDUMP\n600"))
+    destination = rendering.Destination(document, "a.png")
+    assert rendering.Dumps(document, destination, None).interval == 600
+    assert rendering.Dumps(document, destination, 3600).interval == 60
+
+
+def test_an_interrupt_keeps_the_picture_so_far(room, here):
+    """SIGINT to the command once its first dump shows that it renders."""
+    code = "from relume.cli import main; main()"
+    path = room("IMAGEDUMP\n0.2")
+    command = [sys.executable, "-c", code, "render", str(path), "--spp", "100000000", "-o", "a.exr"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not here.joinpath("image/output_W000001.bmp").exists():
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert out.split() == ["a.exr", "a.bmp"]
+    assert "interrupted after" in err and "Traceback" not in err
+    mean = np.array(mi.Bitmap("a.exr")).mean()
+    assert mean == pytest.approx(relume.render(path, spp=400).mean(), rel=0.02)
+
+
+def test_signal_handlers_are_restored():
+    before = signal.getsignal(signal.SIGINT)
+    with rendering.interruptible() as stop:
+        signal.raise_signal(signal.SIGINT)
+        assert stop == [signal.SIGINT]
+        with pytest.raises(SystemExit) as ended:
+            signal.raise_signal(signal.SIGINT)
+    assert ended.value.code == 130 and signal.getsignal(signal.SIGINT) is before
+
+
+def test_what_cannot_be_written_is_said_before_rendering(room, here, console):
+    here.joinpath("a").write_text("")
+    with pytest.raises(output.OutputError, match=r"cannot write a/b\.png"):
+        render_file(room(), out="a/b.png", spp=10**9, console=console)
+
+
+# ---- what is said
+
+
+def test_progress_shows_passes_and_rate_on_a_terminal(room, here, short_passes):
+    shown, plain = io.StringIO(), io.StringIO()
+    terminal = Console(force_terminal=True, width=120, file=shown)
+    render_file(room(), out="a.png", spp=3, console=terminal)
+    for part in ("pass", "3/3", "M samples/s", "left"):
+        assert part in shown.getvalue()
+    render_file(room(), out="a.png", spp=3, console=Console(file=plain))
+    assert plain.getvalue() == ""
+
+
+def test_what_is_not_rendered_as_written_is_said(room, here, console):
+    path = room("metropolisTransport\n1", objects="OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n")
+    render_file(path, out="a.png", console=console)
+    text = console.export_text()
+    assert re.search(r"unsupported line \d+, metropolisTransport: ", text)
+    assert re.search(r"approximated line \d+, OBJECT: a ring", text)
