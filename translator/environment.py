@@ -20,7 +20,9 @@ def override(document, environ):
     Returns:
         The problems: a value that is no expression or out of range, at line 0.
     """
-    given = {ALIASES.get(name, name): (name, text) for name, text in environ.items()}
+    given = {
+        ALIASES.get(name, name): (name, text) for name, text in environ.items() if text.strip()
+    }
     problems = []
     for row in rows(Document):
         _override(document, row, given, problems)
@@ -52,6 +54,9 @@ def _override(target, row, given, problems):
 def _value(row, name, text, problems):
     if row.kind in TEXTS:
         return text
+    if name == "OMP_NUM_THREADS":
+        # OpenMP takes a list, one number for each level of nesting.
+        text = text.partition(",")[0]
     try:
         values, _ = evaluate(text)
     except ExpressionError as error:
