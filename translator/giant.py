@@ -167,14 +167,15 @@ def flat_patch(ball, pole, half_side):
 def rings(ball, pole, extent, reach):
     """The sphere, or its cap of arc `reach` around the pole, as rings of triangles.
 
-    The width of a ring follows from the sagitta that its tolerance allows: c = sqrt(8 R tolerance).
+    A square facet of side c is furthest off the sphere in the middle of its diagonal, by the
+    sagitta (c sqrt 2)² / 8 R, so its tolerance allows c = sqrt(4 R tolerance).
     """
     end = math.pi * ball.radius if reach is None else min(reach, math.pi * ball.radius)
     arcs = [0.0]
     segments = 8
     while arcs[-1] < end:
         tolerance = TOLERANCE * extent + FAR_TOLERANCE * max(0.0, arcs[-1] - 2 * extent)
-        width = min(math.sqrt(8 * ball.radius * tolerance), ball.radius / 4)
+        width = min(math.sqrt(4 * ball.radius * tolerance), ball.radius / 4)
         arcs.append(min(arcs[-1] + width, end))
         around = 2 * math.pi * ball.radius * math.sin(arcs[-1] / ball.radius)
         segments = max(segments, math.ceil(around / width))
