@@ -20,6 +20,8 @@ CASES = [
     ("IMAGEDUMP", "1.5", "image_dump", 1.5),
     ("TIMELIMIT", "1/60", "time_limit", 1 / 60),
     ("SAMPLING", "10*2", "sampling", 20),
+    ("SAMPLING", "", "sampling", 8),
+    ("OMP_NUM_THREADS", "4,2", "thread", 4),
     ("SUPERSAMPLING", "4", "supersampling", 4),
     ("OMP_NUM_THREADS", "3", "thread", 3),
     ("NEXTEVENTESTIMATION", "1", "next_event_estimation", True),
@@ -87,7 +89,6 @@ def test_variables_of_the_scene_are_unknown_there():
 @pytest.mark.parametrize(
     ("name", "text", "kind", "message"),
     [
-        ("SAMPLING", "", "value", "expects one whole number, found ''"),
         ("SAMPLING", "2.5", "value", "expects one whole number, found '2.5'"),
         ("SAMPLING", "1 2", "value", "expects one whole number"),
         ("SAMPLING", "0", "range", "must be 1 to"),
