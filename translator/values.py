@@ -9,7 +9,7 @@ from translator.keywords import TEXTS
 MAX_NUMBER = 1e30
 """Largest absolute value of a number: beyond it single precision fails."""
 
-_LEADING_NUMBERS = re.compile(r"\s*([+-]?\d+(?:\.\d*)?)")
+_LEADING_NUMBERS = re.compile(r"\s*([+-]?[0-9]{1,300}(?:\.[0-9]*)?)")
 
 
 class ValueReader:
