@@ -28,6 +28,7 @@ of a pixel.
 import drjit as dr
 import mitsuba as mi
 
+from integrators.common import nested_integrator
 from registration import on_every_variant
 
 
@@ -37,10 +38,7 @@ def define():
     class SensorResponse(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
-            nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
-            if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
-                raise ValueError("sensorresponse takes one nested sampling integrator")
-            self.nested = nested[0]
+            self.nested = nested_integrator(props)
             self.response = mi.Float(props.get("response", 1.0))
             limit = props.get("luminance_limit", 0.0)
             self.limited = limit > 0
@@ -56,9 +54,14 @@ def define():
         def sample(self, scene, sampler, ray, medium=None, active=True):
             L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
             if self.limited:
-                Y = mi.luminance(L, ray.wavelengths, active)
+                Y = self.luminance(L, ray.wavelengths)
                 L *= dr.minimum(1, self.luminance_limit / dr.maximum(Y, 1e-30))
             return L * self.response, valid, aovs
+
+        def luminance(self, L, wavelengths):
+            if mi.is_spectral:  # what the sensor makes of it: it weighs wavelengths by this density
+                L = L / mi.pdf_rgb_spectrum(wavelengths)
+            return mi.luminance(L, wavelengths)
 
         def to_string(self):
             return f"SensorResponse[{self.nested}]"

@@ -19,6 +19,7 @@ Source: the legacy manual, `shadow`; scene language section 11.7.
 
 import mitsuba as mi
 
+from integrators.common import nested_integrator
 from registration import on_every_variant
 
 
@@ -28,10 +29,7 @@ def define():
     class ShadowCatching(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
-            nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
-            if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
-                raise ValueError("shadowcatching takes one nested sampling integrator")
-            self.nested = nested[0]
+            self.nested = nested_integrator(props)
 
         def aov_names(self):
             return self.nested.aov_names()
