@@ -1,0 +1,96 @@
+"""The plan takes the smallest means: variant, integrator, sensor and plugins of small scenes."""
+
+import pytest
+
+from translator import read_text, translate
+
+BALL = "OBJECT\nsphere 0 0 0 1\n"
+PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
+RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
+
+SCENES = {
+    "empty": ("", RGB, "path", "perspective", [], 32),
+    "room": (
+        "SAMPLING\n3\nSUPERSAMPLING\n2\n" + "OBJECT\nsphere 0 -1e5 0 1e5\ncolor 1 1 1\n"
+        "reflection diffuse\n\n" + BALL + "emission 1 1 1\n",
+        RGB, "path", "perspective", [], 12,
+    ),
+    "mirror": (BALL + "color 1 1 1\nreflection specular\n", RGB, "path", "perspective", [], 32),
+    "glass": (
+        BALL + "color 1 1 1\nreflection reflection\n", RGB, "path", "perspective",
+        ["schlickglass"], 32,
+    ),
+    "dispersion": (
+        BALL + "color 1 1 1\nreflection reflection99\n", SPECTRAL, "dispersivepath", "perspective",
+        ["dispersivepath", "schlickglass"], 32,
+    ),
+    "ward": (
+        BALL + "specular 1 1 1\nreflection ward_brdf\nward_brdf 0.1 0.2\n", RGB, "path",
+        "perspective", ["ward"], 32,
+    ),
+    "phong": (
+        BALL + "specular 1 1 1\nreflection phong_brdf\nphong_brdf 0 1 9\n", RGB, "path",
+        "perspective", ["phong"], 32,
+    ),
+    "spot": (
+        BALL + "emission 1 1 1\nspot_light 1\n", RGB, "path", "perspective", ["falloffspot"], 32,
+    ),
+    "beam": (
+        PANEL + "emission 1 1 1\nparallel_light 1\n", RGB, "path", "perspective",
+        ["parallelbeam"], 32,
+    ),
+    "panel": (PANEL + "emission 1 1 1\n", RGB, "path", "perspective", [], 32),
+    "sun": (
+        "OBJECT\ninfinity_light 0 -1 0\nemission 1 1 1\n", RGB, "path", "perspective", [], 32,
+    ),
+    "shining dome": (
+        "OBJECT\nhemisphere 0 0 0 1\nemission 1 1 1\n", RGB, "path", "perspective",
+        ["twosidedarea"], 32,
+    ),
+    "lens": ("CAMERA_DIR\n0 0 -1\nLENS\n1 10\n", RGB, "path", "thinlens", [], 32),
+    "tilted lens": ("LENS\n1 10\n", RGB, "path", "screencamera", ["screencamera"], 32),
+    "wide pixels": (
+        "SCREEN\n20 30 40\n", RGB, "path", "screencamera", ["screencamera"], 32,
+    ),
+    "response": (
+        "sensor_response\n2\n", RGB, "sensorresponse", "perspective", ["sensorresponse"], 32,
+    ),
+    "cutoff": (
+        "luminance_cutoff\n0.5\n", RGB, "sensorresponse", "perspective", ["sensorresponse"], 32,
+    ),
+    "metropolis": ("metropolisTransport\n1\n", RGB, "path", "perspective", [], 32),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_plans(name):
+    """Pinned: a change here is a change of what scenes need."""
+    text, variant, integrator, sensor, plugins, spp = SCENES[name]
+    translation = translate(read_text(text, environ={}))
+    plan = translation.plan.as_dict()
+    assert plan["variant"] == variant
+    assert plan["integrator"] == translation.scene["integrator"]["type"] == integrator
+    assert plan["sensor"] == translation.scene["sensor"]["type"] == sensor
+    assert plan["plugins"] == plugins
+    assert plan["spp"] == spp
+    assert (plan["width"], plan["height"]) == (320, 240)
+    assert all(plan["reasons"][key] for key in ("variant", "integrator", "sensor", "spp"))
+
+
+def test_reasons():
+    """They name what made the choice."""
+    reasons = translate(read_text(SCENES["dispersion"][0], environ={})).plan.reasons
+    assert "dispersion" in reasons["variant"] and "dispersion" in reasons["integrator"]
+    reasons = translate(read_text(SCENES["response"][0], environ={})).plan.reasons
+    assert "sensorresponse" in reasons["integrator"]
+    reasons = translate(read_text(SCENES["wide pixels"][0], environ={})).plan.reasons
+    assert "not square" in reasons["sensor"]
+
+
+@pytest.mark.parametrize(
+    ("depth", "start"), [("0", 1), ("3", 4), ("2.9", 3), ("1e9", 10**9 + 1), ("1e12", 2**30 + 1)]
+)
+def test_roulette(depth, start):
+    """DEPTH is the first path depth without a limit: roulette starts beyond it, paths never end."""
+    scene = translate(read_text(f"DEPTH\n{depth}\n", environ={})).scene
+    assert scene["integrator"] == {"type": "path", "max_depth": -1, "rr_depth": start}
