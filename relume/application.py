@@ -50,14 +50,20 @@ def translate(document, *, dialect="manual", asset_path=()):
     translation = translator.translate(_document(document), dialect, asset_path)
     if not mi.variant():
         mi.set_variant(usable_variant(translation.plan))
-    scene = translation.dictionary()
-    scene["sensor"]["sampler"]["sample_count"] = sample_count(translation)
-    return scene
+    return for_mitsuba(translation).dictionary()
 
 
-def sample_count(translation):
-    """The samples of a pixel as far as a Mitsuba sampler can count."""
-    return min(translation.plan.spp, 2**32 - 1)
+def for_mitsuba(translation):
+    """The translation, with what `mi.render` needs to give the picture that `render` gives.
+
+    That is the number of samples, as far as a sampler can count, and a tent that is a little wider:
+    Mitsuba takes one of half-width 0.5 for a box.
+    """
+    sensor = translation.scene["sensor"]
+    sensor["sampler"]["sample_count"] = min(translation.plan.spp, 2**32 - 1)
+    if translation.document.tent_filter:
+        sensor["film"]["rfilter"]["radius"] = 0.501
+    return translation
 
 
 def render(

@@ -8,7 +8,7 @@ import mitsuba as mi
 import numpy as np
 
 import translator
-from relume.application import read, sample_count, usable_variant
+from relume.application import for_mitsuba, read, usable_variant
 from relume.session import variant
 from translator.neutral import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 from translator.scene import OWN_PLUGINS
@@ -48,9 +48,7 @@ def write_xml(path, out, dialect="manual", asset_path=()):
 
 
 def _translated(path, dialect, asset_path):
-    translation = translator.translate(read(path), dialect, asset_path)
-    translation.scene["sensor"]["sampler"]["sample_count"] = sample_count(translation)
-    return translation
+    return for_mitsuba(translator.translate(read(path), dialect, asset_path))
 
 
 def name_kinds(state):

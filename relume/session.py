@@ -131,9 +131,8 @@ class Session:
         wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
         ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, aperture)
         with dr.suspend_grad():
-            L, valid, _ = self.integrator.sample(self.scene, sampler, ray)
-        L = dr.select(valid, mi.unpolarized_spectrum(L * weight), 0)
-        color = self._color(L, ray)
+            L, *_ = self.integrator.sample(self.scene, sampler, ray)
+        color = self._color(mi.unpolarized_spectrum(L * weight), ray)
         dr.eval(color)
         return np.stack([np.array(dr.block_sum(channel, spp)) for channel in color], axis=-1)
 
