@@ -1,0 +1,148 @@
+"""`relume convert`: XML and Python source that give the picture of `relume render`."""
+
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+import relume
+from relume.convert import python_source, write_xml
+
+SPP = 400
+
+EVERYTHING = """\
+OBJECT
+sphere 0 0 0 1
+scale 0.6 1.2 0.6
+translate 0 1.2 2.5
+color 0.8 0.7 0.2
+reflection diffuse
+
+OBJECT
+sphere 1 0.6 2.5 0.6
+color 0.9 0.9 0.9
+reflection reflection
+
+OBJECT
+sphere -2.6 0.7 1.5 0.7
+color 0.5 0.2 0.2
+specular 0.5 0.5 0.5
+reflection ward_brdf
+ward_brdf 0.7 0.3 0.1 0.3
+
+OBJECT
+objfile roof.obj
+color 0.3 0.7 0.3
+reflection diffuse
+
+OBJECT
+uvplane -5 0 -2
+U 3 0 0
+V 0 4 0
+color 0.5 0.5 0.5
+texture chess.png
+reflection diffuse
+
+OBJECT
+sphere 0 8 0 0.1
+emission 20 20 20
+spot_light 1
+spot_light_dir 0 -1 0
+"""
+"""An ellipsoid (a mesh), glass, Ward, an OBJ file, a texture and a spot light."""
+
+
+@pytest.fixture
+def scene(room):
+    """The room with every kind of thing that becomes a file or a plugin of relume."""
+    path = room("tentfilter\n1", objects=EVERYTHING, spp=SPP)
+    path.with_name("roof.obj").write_text("v -1 2 1\nv 1.5 2 1\nv 0 4 0\nf 1 2 3\n")
+    picture = np.zeros((4, 4, 3), np.uint8)
+    picture[::2, ::2] = picture[1::2, 1::2] = 220
+    mi.set_variant("llvm_ad_rgb")
+    mi.Bitmap(picture).write(str(path.with_name("chess.png")))
+    return path
+
+
+def blocks(picture):
+    """Means of blocks of 8x8 pixels."""
+    return picture.reshape(3, 8, 4, 8, 3).mean(axis=(1, 3))
+
+
+def same_picture(scene, picture):
+    """Whether the block means of a picture agree with those of `relume.render`.
+
+    Two references a and b tell the noise: a block's mean has the standard error s / 8 with
+    s^2 = mean((a - b)^2) / 2 over its 64 pixels, the difference to their mean sqrt(3/2) of that. Of
+    36 values one exceeds 6 standard errors (t, 63 degrees of freedom) with probability 4e-6. 0.001
+    allows for blocks without noise.
+    """
+    a, b = (relume.render(scene, seed=seed) for seed in (0, 1))
+    error = np.sqrt(1.5 * blocks((a - b) ** 2) / 2 / 64)
+    return bool((np.abs(blocks(picture) - blocks((a + b) / 2)) < 6 * error + 0.001).all())
+
+
+def test_the_measure_tells_pictures_apart(scene):
+    """Power: it sees a missing texture and a colour that is a little off."""
+    text = scene.read_text()
+    for old, new in (("", ""), ("texture chess.png\n", ""), ("0.3 0.7 0.3", "0.3 0.5 0.3")):
+        scene.write_text(text.replace(old, new) if old else text)
+        picture = relume.render(scene, seed=2)
+        scene.write_text(text)
+        assert same_picture(scene, picture) == (old == new)
+
+
+def test_xml_gives_the_same_picture_wherever_it_is_moved(scene, tmp_path):
+    written = write_xml(scene, tmp_path / "out" / "room.xml")
+    assert written[0] == tmp_path / "out" / "room.xml" and all(p.exists() for p in written)
+    assert {p.suffix for p in written} >= {".xml", ".ply"}
+    moved = tmp_path / "elsewhere"
+    shutil.move(tmp_path / "out", moved)
+    for name in ("roof.obj", "chess.png"):
+        scene.with_name(name).rename(tmp_path / f"hidden_{name}")
+    mi.set_variant("llvm_ad_rgb")
+    picture = np.array(mi.render(mi.load_file(str(moved / "room.xml")), seed=5))
+    for name in ("roof.obj", "chess.png"):
+        (tmp_path / f"hidden_{name}").rename(scene.with_name(name))
+    assert same_picture(scene, picture)
+
+
+def test_xml_is_well_formed_and_names_its_files_relatively(scene, tmp_path):
+    out = write_xml(scene, tmp_path / "room.xml")[0]
+    root = ElementTree.parse(out).getroot()
+    names = [e.get("value") for e in root.iter("string") if e.get("name") == "filename"]
+    assert names and all(name.startswith("room_files/") for name in names)
+    kinds = {e.get("type"): e.tag for e in root.iter() if e.get("type")}
+    assert kinds["ward"] == kinds["schlickglass"] == "bsdf"
+    assert kinds["falloffspot"] == "emitter"
+
+
+def test_the_variant_set_before_is_set_afterwards(scene, tmp_path):
+    mi.set_variant("scalar_rgb")
+    write_xml(scene, tmp_path / "room.xml")
+    assert mi.variant() == "scalar_rgb"
+
+
+def test_python_source_executes_in_a_fresh_process_and_gives_the_same_picture(scene, tmp_path):
+    source = tmp_path / "room.py"
+    source.write_text(
+        python_source(scene) + f"\nimage = np.array(mi.render(mi.load_dict(scene), seed=5))\n"
+        f"np.save({str(tmp_path / 'image.npy')!r}, image)\n"
+    )
+    command = [sys.executable, "-W", "error", str(source)]
+    subprocess.run(command, check=True, capture_output=True, text=True)
+    assert same_picture(scene, np.load(tmp_path / "image.npy"))
+
+
+def test_dispersive_scenes_convert_for_a_spectral_variant(room, tmp_path):
+    prism = "OBJECT\nsphere 0 1 2 1\ncolor 1 1 1\nreflection reflection1\n1.04 0.2\n"
+    scene = room(objects=prism, spp=SPP)
+    out = write_xml(scene, tmp_path / "prism.xml")[0]
+    assert "mi.set_variant('llvm_ad_spectral')" in python_source(scene)
+    mi.set_variant("llvm_ad_spectral")
+    picture = np.array(mi.render(mi.load_file(str(out)), seed=5))
+    assert same_picture(scene, picture)

@@ -1,0 +1,54 @@
+"""Plugins exist under every variant, whether it is set before or after they are imported."""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+ONE_OF_EACH = """
+def one_of_each():
+    mi.load_dict({"type": "ward"})
+    mi.load_dict({"type": "schlickglass"})
+    mi.load_dict({"type": "falloffspot"})
+    mi.load_dict({"type": "dispersivepath"})
+    mi.load_dict({"type": "screencamera", "width": 1.0, "height": 1.0})
+"""
+
+
+def run(code):
+    """Run code in a fresh process in which every warning is an error."""
+    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(code)]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        # after
+        "import relume\nimport mitsuba as mi\n@\n"
+        "for name in ('llvm_ad_rgb', 'llvm_ad_spectral'):\n"
+        "    mi.set_variant(name)\n    one_of_each()",
+        # before: llvm.install is what `import relume` does first
+        "from relume import llvm\nllvm.install()\nimport mitsuba as mi\n"
+        "mi.set_variant('llvm_ad_rgb')\nimport relume\n@\none_of_each()\n"
+        "mi.set_variant('llvm_ad_spectral')\none_of_each()",
+        # again and again
+        "import relume\nimport mitsuba as mi\n@\n"
+        "for _ in range(3):\n    for name in ('llvm_ad_rgb', 'llvm_ad_spectral', 'scalar_rgb'):\n"
+        "        mi.set_variant(name)\nmi.set_variant('llvm_ad_rgb')\none_of_each()",
+        # without the application
+        "from relume import llvm\nllvm.install()\nimport mitsuba as mi\n"
+        "import bsdfs, emitters, integrators, sensors\n@\n"
+        "mi.set_variant('llvm_ad_rgb')\none_of_each()",
+    ],
+    ids=["after", "before", "again", "plugins alone"],
+)
+def test_plugins_are_registered(code):
+    done = run(code.replace("@", ONE_OF_EACH))
+    assert done.returncode == 0, done.stderr
+
+
+def test_importing_relume_sets_no_variant_and_prints_nothing():
+    done = run("import relume, mitsuba as mi\nassert mi.variant() is None")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
