@@ -1,10 +1,13 @@
-"""What the tests of the translator share: the scene files at hand."""
+"""What the tests of the translator share: the scene files at hand, and scenes made of text."""
 
 from pathlib import Path
 
+import mitsuba as mi
 import numpy as np
 import pytest
+from PIL import Image
 
+import translator
 from translator.neutral import Color, Matrix, Mesh, Picture
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,6 +31,93 @@ def pytest_generate_tests(metafunc):
 def scene_files():
     """The repository's own scenes and those of the corpus, if it is there."""
     return [*OWN_SCENES, *CORPUS]
+
+
+@pytest.fixture
+def translated(tmp_path):
+    """The `Translation` of scene text; its files are looked for in `tmp_path`."""
+
+    def run(text, dialect="manual", environ=None):
+        document = translator.read_text(text, str(tmp_path / "scene.txt"), environ or {})
+        return translator.translate(document, dialect)
+
+    return run
+
+
+@pytest.fixture
+def load(translated):
+    """The loaded Mitsuba scene of scene text, under its plan's variant."""
+    before = mi.variant()
+
+    def run(text, dialect="manual", environ=None):
+        translation = translated(text, dialect, environ)
+        mi.set_variant(translation.plan.variant)
+        return mi.load_dict(translation.dictionary())
+
+    yield run
+    if before:
+        mi.set_variant(before)
+
+
+@pytest.fixture
+def view():
+    """Scene text of a camera at `position` that looks at `target`.
+
+    `width` is the width of the picture at unit distance; the default shows one spot. The program's
+    limit of the luminance is off.
+    """
+
+    def text(position, target, width=0.002, size=(8, 8), up=(0, 1, 0)):
+        triples = [" ".join(f"{x:.9g}" for x in v) for v in (position, target, up)]
+        return (
+            f"IMAGE\n{size[0]} {size[1]}\n\nSCREEN\n{width} {width} 1\n\nCAMERA_POS\n{triples[0]}"
+            f"\n\nTARGET_POS\n{triples[1]}\n\nCAMERA_UPVEC\n{triples[2]}\n\nluminance_cutoff\n0\n\n"
+        )
+
+    return text
+
+
+@pytest.fixture
+def measure(load):
+    """Mean radiance over the picture of scene text and its standard error, (3,) each."""
+
+    def run(text, spp=256, runs=8, dialect="manual", environ=None):
+        scene = load(text, dialect, environ)
+        means = [
+            np.array(mi.render(scene, spp=spp, seed=seed), float).mean(axis=(0, 1))
+            for seed in range(runs)
+        ]
+        return np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / np.sqrt(runs)
+
+    return run
+
+
+@pytest.fixture
+def agrees():
+    """Assert that a measurement lies within 3 standard errors of a closed form.
+
+    The standard error must be below `precision` of it. A correct renderer fails one such test in
+    370 for each channel; seeds are fixed, so the outcome is too. Float32 and the finite size of a
+    pixel are granted 2e-4.
+    """
+
+    def check(measured, expected, precision=3e-3):
+        for mean, error, value in zip(*measured, np.broadcast_to(expected, 3), strict=True):
+            assert error <= precision * value, (mean, error, value)
+            assert abs(mean - value) <= 3 * error + 2e-4 * value, (mean, error, value)
+
+    return check
+
+
+@pytest.fixture
+def write_picture(tmp_path):
+    """Write a picture of bytes, (height, width, channels) uint8 with the top row first."""
+
+    def write(name, pixels):
+        Image.fromarray(np.asarray(pixels, np.uint8)).save(tmp_path / name)
+        return name
+
+    return write
 
 
 def _plain(value):
