@@ -4,6 +4,7 @@ r"""Area light that shines on both sides (`twosidedarea`)
 | name       | type                | meaning                                                   |
 |------------|---------------------|-----------------------------------------------------------|
 | `radiance` | spectrum or texture | radiance :math:`L_e` of the surface, either side (default 1) |
+| `name`     | string              | tells lights apart that are equal otherwise: Mitsuba would merge them into one, which then hangs on two shapes (default empty) |
 
 Attached to any shape, it makes every point of it emit :math:`L_e` into the whole sphere of
 directions, as the legacy language has it for hemispheres and infinite planes with emission, and
@@ -20,7 +21,7 @@ promises that their :math:`(u, v)` cover the image once.
 
     {'type': 'rectangle',
      'light': {'type': 'twosidedarea', 'radiance': {'type': 'rgb', 'value': [5, 4, 3]}}}
-"""
+"""  # noqa: E501
 
 import drjit as dr
 import mitsuba as mi
@@ -38,6 +39,7 @@ def define():
             if "to_world" in props:
                 raise ValueError("twosidedarea: the shape has the transform, not the light")
             self.radiance = props.get_emissive_texture("radiance", 1.0)
+            self.name = props.get("name", "")
             self._set_flags()
 
         def _set_flags(self):

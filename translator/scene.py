@@ -138,6 +138,9 @@ class _Objects:
             problems.append(Problem(line, 1, str(error), "asset"))
         if problems:
             raise SceneError(self.document.path, problems)
+        for name, entry in entries.items():
+            if entry.get("emitter", {}).get("type") == "twosidedarea":
+                entry["emitter"]["name"] = name  # equal lights would be merged into one
         if background is None:
             background = lights.background(self.document)
         if background is not None and self.domes.environments:
@@ -145,7 +148,17 @@ class _Objects:
             self.document.source.becomes("background_texture", "ignored", "a dome hides it")
         elif background is not None:
             entries["background"] = background
+        elif entries and not self.lights_to_look_for(entries):
+            # Mitsuba refuses scenes whose lights all have the weight 0, as ambient light has.
+            entries["background"] = {"type": "constant", "radiance": rgb((0, 0, 0))}
         return entries
+
+    def lights_to_look_for(self, entries):
+        """Whether there is a light besides the ambient one, or no ambient one either."""
+        # Entries without a BSDF are lights themselves.
+        shown = [e for e in entries.values() if "emitter" in e or "bsdf" not in e]
+        lights = [entry.get("emitter", entry) for entry in shown]
+        return not lights or any(light.get("sampling_weight") != 0 for light in lights)
 
     def object(self, index, block):
         """The entries of one object."""
