@@ -2,20 +2,17 @@
 
 import dataclasses
 import warnings
+from contextlib import contextmanager
 
 import mitsuba as mi
 
 import translator
 from relume import llvm
-from relume.session import Session, use_threads, variant
+from relume.session import CannotRender, Session, reason, use_threads, variant
 from translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
-
-
-class CannotRender(RuntimeError):
-    """A scene cannot be rendered on this machine, or not as asked; the message says why."""
 
 
 def read(path, environ=None):
@@ -154,45 +151,31 @@ def usable_variant(plan, wanted=None):
     return name
 
 
-class prepared:
+@contextmanager
+def prepared(translation, seed=0, integrator=None, wanted=None):
     """Context in which a translated scene is loaded under its variant and ready to render.
 
     Args:
         translation: the translated scene.
-        seed: seed of the session.
+        seed: seed of the session, 0 or more.
         integrator: plugin id instead of the planned one.
         wanted: variant instead of the planned one.
 
     Yields:
         The `Session`.
+
+    Raises:
+        CannotRender: the variant or integrator does not work here, or Mitsuba refuses the scene.
+        ValueError: the seed is negative.
     """
-
-    def __init__(self, translation, seed=0, integrator=None, wanted=None):
-        if seed < 0:
-            raise ValueError(f"seed {seed}: expected 0 or more")
-        self.translation = translation
-        self.seed = seed
-        self.integrator = integrator
-        self.name = usable_variant(translation.plan, wanted)
-        self.variant = variant(self.name)
-
-    def __enter__(self):
-        try:
-            self.variant.__enter__()
-        except ImportError as error:
-            raise CannotRender(f"{self.name} does not work here: {reason(error)}") from None
-        try:
-            thread = self.translation.document.thread
-            use_threads(thread)
-            scene = loaded(self.translation)
-            chosen = self.integrator and other_integrator(self.integrator, self.translation)
-            return Session(scene, self.translation.plan.spp, self.seed, chosen)
-        except BaseException:
-            self.variant.__exit__(None, None, None)
-            raise
-
-    def __exit__(self, *error):
-        return self.variant.__exit__(*error)
+    if seed < 0:
+        raise ValueError(f"seed {seed}: expected 0 or more")
+    name = usable_variant(translation.plan, wanted)
+    with variant(name):
+        use_threads(translation.document.thread)
+        scene = loaded(translation)
+        chosen = integrator and other_integrator(integrator, translation)
+        yield Session(scene, translation.plan.spp, seed, chosen)
 
 
 def loaded(translation):
@@ -205,11 +188,6 @@ def loaded(translation):
         return mi.load_dict(translation.dictionary())
     except (RuntimeError, TypeError) as error:
         raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
-
-
-def reason(error):
-    """The last line of an error's text: Mitsuba puts whole Python tracebacks before it."""
-    return str(error).strip().rpartition("\n")[2]
 
 
 def other_integrator(name, translation):

@@ -158,8 +158,8 @@ class readable_errors:
         return self
 
     def __exit__(self, _kind, error, _trace):
-        from relume.application import CannotRender
         from relume.output import OutputError
+        from relume.session import CannotRender
         from translator.diagnostics import SceneError
 
         if isinstance(error, SceneError):

@@ -33,11 +33,27 @@ class Progress:
     seconds: float
 
 
+class CannotRender(RuntimeError):
+    """A scene cannot be rendered on this machine, or not as asked; the message says why."""
+
+
+def reason(error):
+    """The last line of an error's text: Mitsuba puts whole Python tracebacks before it."""
+    return str(error).strip().rpartition("\n")[2]
+
+
 @contextmanager
 def variant(name):
-    """Set a Mitsuba variant for the time of the block."""
+    """Set a Mitsuba variant for the time of the block.
+
+    Raises:
+        CannotRender: the variant does not work on this machine.
+    """
     before = mi.variant()
-    mi.set_variant(name)
+    try:
+        mi.set_variant(name)
+    except ImportError as error:
+        raise CannotRender(f"{name} does not work here: {reason(error)}") from None
     try:
         yield
     finally:

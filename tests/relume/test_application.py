@@ -9,7 +9,7 @@ import pytest
 import relume
 import translator
 from relume import application, llvm
-from relume.application import CannotRender
+from relume.session import CannotRender
 
 GLASS = "OBJECT\nsphere 0 1 2 1\ncolor 1 1 1\nreflection reflection\n"
 DISPERSIVE = GLASS + "reflection reflection99\n"
