@@ -33,15 +33,22 @@ import mitsuba as mi
 from registration import on_every_variant
 
 
+def shining_pictures(scene):
+    """The shapes of a scene that shine with a picture."""
+    varying = mi.EmitterFlags.SpatiallyVarying
+    lights = [shape for shape in scene.shapes() if shape.is_emitter()]
+    return [shape for shape in lights if mi.has_flag(shape.emitter().flags(), varying)]
+
+
 def reaches_sky(scene, si, wo, active):
     """Whether rays from `si` along `wo` (local) reach an environment or a shining picture."""
     ray = si.spawn_ray(si.to_world(wo))
     hit = scene.ray_intersect_preliminary(ray, active=active)
-    flags = hit.shape.emitter().flags()
-    picture = hit.is_valid() & mi.has_flag(flags, mi.EmitterFlags.SpatiallyVarying)
-    if scene.environment() is None:
-        return active & picture
-    return active & (~hit.is_valid() | picture)
+    # Pointers are compared: asking the emitters for their flags would be a call in a call.
+    sky = mi.Bool(scene.environment() is not None) & ~hit.is_valid()
+    for shape in shining_pictures(scene):
+        sky |= hit.shape == mi.ShapePtr(shape)
+    return active & sky
 
 
 def define():
