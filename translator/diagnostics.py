@@ -109,9 +109,9 @@ class Source:
             report.remark(note)
 
     def whole(self, outcome, note):
-        """Set the outcome of every line of the block, the note at its first line."""
-        for k, report in enumerate(self.all):
-            report.becomes(outcome, note if k == 0 else "")
+        """Set the outcome of every line of the block."""
+        for report in self.all:
+            report.becomes(outcome, note)
 
     def line(self, name=""):
         """Number of the line that set the field `name`; of the block's first line if none did."""

@@ -69,7 +69,9 @@ def lambert_or_mirror(block, tints):
     """`diffuse` and `specular`: roughness weighs Lambert against the mirror (section 8.1)."""
     if block.reflection.kind is None:
         block.source.remark("", note("no-reflection-line", "manual"))
-    weight = 1.0 if block.roughness is None else block.roughness
+    weight = block.roughness
+    if weight is None:
+        weight = 0.0 if block.reflection.kind == "specular" else 1.0
     if block.reflection.kind is None or weight == 1:
         return diffuse(tints.color)
     if weight == 0:

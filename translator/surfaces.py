@@ -75,7 +75,7 @@ class Shapes:
     def _box(self, block, matrix, mesh_box):
         if isinstance(block.shape, MeshFile):
             return mesh_box(block, matrix)
-        return bounds(block.shape, matrix)
+        return bounds(block.shape, matrix, self.dialect)
 
     def encloses(self, index, point):
         """Whether an object is a sphere or hemisphere whose ball holds a point."""
@@ -189,14 +189,14 @@ def ball(shape, matrix):
     return Ball(geometry.point(matrix, shape.center), shape.radius * scale)
 
 
-def bounds(shape, matrix):
+def bounds(shape, matrix, dialect):
     """Corners of a box around a finite shape, (N, 3), or None."""
     if isinstance(shape, Sphere | Hemisphere | Disk | Annulus):
         size = shape.radius * np.abs(matrix[:3, :3]).sum(axis=1)
         center = geometry.point(matrix, shape.center)
         return np.stack([center - size, center + size])
     if isinstance(shape, UVPlane):
-        corner, u, v = (np.array(x) for x in (shape.origin, shape.u, shape.v))
+        corner, (u, v) = np.array(shape.origin), shape.edges(dialect)
         corners = [corner, corner + u, corner + v, corner + u + v]
         return np.stack([geometry.point(matrix, c) for c in corners])
     return None
