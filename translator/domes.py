@@ -124,12 +124,20 @@ class Domes:
             scale: factor of the radiance.
             flip: whether v = 0 is the bottom row.
         """
-        shown = pixels[::-1] if flip else pixels
-        shown = Texture(np.ascontiguousarray(shown) * np.float32(scale), spectral=self.spectral)
+        shown = np.ascontiguousarray(pixels[::-1] if flip else pixels) * np.float32(scale)
         return {
             "bsdf": {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}},
-            "emitter": {"type": "twosidedarea", "radiance": shown.entry()},
+            "emitter": {"type": "twosidedarea", "radiance": self.radiance(shown)},
         }
+
+    def radiance(self, pixels):
+        """The texture of radiances, the row at v = 0 first."""
+        if not self.spectral:
+            return Texture(pixels).entry()
+        # Only colours up to 1 have spectra, and those of reflectances, to be lit by white.
+        brightest = max(float(pixels.max()), 1e-30)
+        nested = Texture(pixels / np.float32(brightest), spectral=True)
+        return {"type": "d65", "scale": brightest, "nested": nested.entry()}
 
 
 def environment(latlong, scale):
