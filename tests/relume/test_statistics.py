@@ -1,0 +1,235 @@
+"""Statistics of pictures: exact small cases, honest false alarms, power, noise of a lone picture.
+
+`RATE` is the stated rate of false alarms. Of 200 reruns 2 are expected to raise one; 8 or more
+would come by chance once in a thousand (binomial). The seeds are fixed.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from relume import statistics
+from relume.statistics import Level, Runs
+
+RATE = 0.01
+RERUNS = 200
+MOST_FALSE_ALARMS = 7
+SHAPE = (24, 32, 3)
+
+
+def gathered(draw, runs=32):
+    """The estimate of pictures from `draw`."""
+    taken = Runs()
+    for _ in range(runs):
+        taken.add(draw())
+    return taken.estimate()
+
+
+def alarms(a, b):
+    """Which of the three levels differ."""
+    scores = statistics.all_levels(a, b, RATE)
+    return [name for name, level in scores.items() if level.rejected]
+
+
+# ---- exact cases
+
+
+def test_mean_and_variance_of_each_level():
+    rng = np.random.default_rng(1)
+    pictures = rng.random((5, 24, 30, 3))
+    estimate = gathered(iter(pictures).__next__, 5)
+    blocks = np.array([statistics.block_means(picture) for picture in pictures])
+    whole = pictures.mean(axis=(1, 2), keepdims=True)[:, 0]
+    for level, values in (
+        (estimate.pixels, pictures),
+        (estimate.blocks, blocks),
+        (estimate.whole, whole[:, None]),
+    ):
+        np.testing.assert_allclose(level.mean, values.mean(axis=0), rtol=1e-12)
+        np.testing.assert_allclose(level.variance, values.var(axis=0, ddof=1) / 5, rtol=1e-9)
+        assert (level.dof == 4).all()
+
+
+def test_blocks_at_the_edges_are_smaller():
+    picture = np.zeros((10, 9, 3))
+    picture[8:, 8:] = 1
+    assert statistics.block_side(10, 9) == 4
+    assert statistics.block_sizes(10, 9).tolist() == [[16, 16, 4], [16, 16, 4], [8, 8, 2]]
+    means = statistics.block_means(picture)
+    assert means.shape == (3, 3, 3) and means[2, 2, 0] == 1 and means.sum() == 3
+    np.testing.assert_array_equal(statistics.from_blocks(means, (10, 9)), picture)
+
+
+def test_the_score_has_the_tail_of_students_t():
+    """Critical values of two-sided 1 % and 0.1 % from the standard tables of t."""
+    for dof, t, level in ((3, 5.84091, 0.01), (7, 3.49948, 0.01), (30, 3.64596, 0.001)):
+        z = statistics.normal_score(t, dof)
+        assert math.erfc(z / math.sqrt(2)) == pytest.approx(level, rel=3e-3)
+        assert statistics.normal_score(-t, dof) == -z
+
+
+def test_the_score_far_in_the_tail():
+    """At t = 8 with 31 degrees of freedom, against the density integrated by Simpson's rule."""
+    nu, t = 31, np.linspace(8, 400, 400_001)
+    log_norm = math.lgamma((nu + 1) / 2) - math.lgamma(nu / 2) - 0.5 * math.log(nu * math.pi)
+    density = np.exp(log_norm - (nu + 1) / 2 * np.log1p(t * t / nu))
+    weights = np.full(t.size, 2.0)
+    weights[1::2], weights[[0, -1]] = 4, 1
+    tail = (weights * density).sum() * (t[1] - t[0]) / 3
+    z = statistics.normal_score(8.0, nu)
+    assert math.erfc(z / math.sqrt(2)) / 2 == pytest.approx(tail, rel=1e-3)
+
+
+def test_half_widths_are_those_of_students_t():
+    """t for 95 %: 2.36462 at 7 degrees of freedom, 1.95996 at very many."""
+    widths = statistics.half_width(np.array([4.0, 1.0]), np.array([7.0, 1e9]), 0.95)
+    np.testing.assert_allclose(widths, [2 * 2.36462, 1.95996], rtol=1e-4)
+
+
+def test_sidaks_threshold():
+    """One test at 5 %: 1.95996. Ten: each at 1 - 0.95^(1/10) = 0.0051162, two-sided 2.79953."""
+    assert statistics.threshold(0.05, 1) == pytest.approx(1.95996, abs=1e-5)
+    z = statistics.threshold(0.05, 10)
+    assert (1 - math.erfc(z / math.sqrt(2))) ** 10 == pytest.approx(0.95, abs=1e-9)
+
+
+def test_ratio_and_its_interval():
+    """2/1 with standard errors 0.02 and 0.01: the error is sqrt(0.02² + 2² 0.01²) = 0.02828."""
+    a = Level(np.array([2.0, 1.0]), np.array([4e-4, 0.0]), np.full(2, 1e9))
+    b = Level(np.array([1.0, 0.0]), np.array([1e-4, 0.0]), np.full(2, 1e9))
+    ratio, half = statistics.ratio(a, b, 0.95)
+    assert ratio[0] == 2 and half[0] == pytest.approx(1.95996 * 0.0282843, rel=1e-4)
+    assert np.isnan(ratio[1])
+
+
+def test_values_that_are_no_numbers_are_counted_and_left_out():
+    picture = np.ones(SHAPE)
+    picture[0, 0, 0], picture[0, 1, 0], picture[1, 0, 2] = np.nan, np.inf, -1
+    taken = Runs()
+    taken.add(picture)
+    with pytest.raises(ValueError, match="1 pictures: a variance needs 2"):
+        taken.estimate()
+    taken.add(np.ones(SHAPE))
+    assert (taken.not_finite, taken.negative, taken.count) == (2, 1, 2)
+    assert taken.estimate().pixels.mean[0, 0, 0] == 0.5
+
+
+def test_without_noise_rounding_agrees_and_more_differs():
+    black, one = (gathered(lambda v=v: np.full(SHAPE, v), 8) for v in (0.0, 1.0))
+    rounded, other = (gathered(lambda v=v: np.full(SHAPE, v), 8) for v in (1 + 1e-7, 1 + 1e-4))
+    assert alarms(black, black) == alarms(one, rounded) == []
+    assert alarms(one, other) == alarms(black, one) == ["whole", "blocks", "pixels"]
+
+
+# ---- false alarms
+
+DISTRIBUTIONS = {  # all of mean 1
+    "normal": lambda rng: rng.normal(1, 0.3, SHAPE),
+    "exponential": lambda rng: rng.exponential(1, SHAPE),
+    "lognormal": lambda rng: rng.lognormal(-0.5, 1, SHAPE),
+    "one path in 30": lambda rng: 30.0 * (rng.random(SHAPE) < 1 / 30),
+    "one path in 1000": lambda rng: 1000.0 * (rng.random(SHAPE) < 1 / 1000),
+    "correlated": lambda rng: rng.exponential(1, (1, 1, 3)) + rng.normal(0, 0.3, SHAPE),
+}
+
+
+@pytest.mark.parametrize(
+    "one, other",
+    [
+        ("normal", "normal"),
+        ("exponential", "normal"),
+        ("lognormal", "exponential"),
+        ("one path in 30", "normal"),
+        ("one path in 1000", "one path in 1000"),
+        ("correlated", "correlated"),
+    ],
+)
+def test_false_alarms_are_no_more_than_stated(one, other):
+    """Of pixels with the same mean and unlike noise; `correlated`: one run shifts all pixels."""
+    rng = np.random.default_rng(7)
+    draws = [lambda d=DISTRIBUTIONS[name]: d(rng) for name in (one, other)]
+    false = sum(bool(alarms(*(gathered(draw) for draw in draws))) for _ in range(RERUNS))
+    assert false <= MOST_FALSE_ALARMS
+
+
+# ---- power
+
+
+def test_two_percent_in_the_mean_is_found():
+    """Power above 90 %: the mean's standard error is 1 / sqrt(768 * 32) = 0.64 % of each side
+    for one sample of an exponential in a pixel; with 8 samples (a gamma distribution) 0.23 %, of
+    the difference 0.32 %. 2 % lies 6.2 of these off; the threshold is 3.3 of them."""
+    rng = np.random.default_rng(11)
+
+    def run(scale):
+        return gathered(lambda: rng.gamma(8, scale / 8, SHAPE))
+
+    found = [alarms(run(1.02), run(1.0)) for _ in range(50)]
+    assert sum("whole" in names for names in found) >= 45
+
+
+@pytest.mark.parametrize(
+    "place, change, level",
+    [
+        ((slice(4, 8), slice(8, 12)), 1.5, "blocks"),
+        ((5, 9), 8.0, "pixels"),
+    ],
+)
+def test_a_change_of_one_place_is_found_there(place, change, level):
+    """Power above 90 %. Standard errors of the difference: of a block of 16 pixels with 8 samples
+    a run 2.2 % against a change of 50 %; of a pixel 9 % (its floor, the average of the
+    neighbourhood), or by its own, larger variance 50 %, against a change of 700 %."""
+    rng = np.random.default_rng(13)
+    mean = np.ones(SHAPE)
+    mean[place] = change
+
+    def run(mean):
+        return gathered(lambda: mean * rng.gamma(8, 1 / 8, SHAPE))
+
+    hits = 0
+    for _ in range(20):
+        scores = statistics.all_levels(run(mean), run(np.ones(SHAPE)), RATE)[level]
+        y, x, _ = scores.worst
+        where = (1, 2) if level == "blocks" else place
+        hits += scores.rejected > 0 and (y, x) == where and scores.z[scores.worst] > 0
+    assert hits >= 18
+
+
+# ---- a picture without runs
+
+
+def test_noise_of_a_lone_picture():
+    """Its standard deviation, 0.1 of each pixel, comes back to 5 %, beside noise of the other."""
+    rng = np.random.default_rng(17)
+    shape = (96, 128, 3)
+    other = gathered(lambda: rng.normal(1, 0.3, shape))
+    estimate = statistics.from_picture(rng.normal(1, 0.1, shape), other)
+    assert np.sqrt(estimate.pixels.variance.mean()) == pytest.approx(0.1, rel=0.05)
+    deviation = 0.1 / np.sqrt(96 * 128)
+    np.testing.assert_allclose(np.sqrt(estimate.whole.variance), deviation, rtol=0.1)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1, 1.0])
+def test_false_alarms_against_a_lone_picture(noise):
+    rng = np.random.default_rng(19)
+    ramp = np.linspace(0.5, 1.5, SHAPE[1])[:, None]
+    false = 0
+    for _ in range(RERUNS):
+        other = gathered(lambda: ramp * rng.exponential(1, SHAPE))
+        picture = (
+            ramp * np.maximum(rng.normal(1, noise, SHAPE), 0)
+            if noise < 1
+            else (ramp * rng.exponential(1, SHAPE))
+        )
+        false += bool(alarms(other, statistics.from_picture(picture, other)))
+    assert false <= MOST_FALSE_ALARMS
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (1, 40, 3), (5, 1, 3)])
+def test_the_smallest_pictures(shape):
+    rng = np.random.default_rng(23)
+    a = gathered(lambda: rng.random(shape), 8)
+    b = statistics.from_picture(np.full(shape, 0.5), a)
+    for level in statistics.all_levels(a, b, RATE).values():
+        assert np.isfinite(level.z).all()
