@@ -37,7 +37,13 @@ def bumped(bsdf, path, entry, shape, *, flip):
         "picture": Picture((height[::-1] if flip else height)[..., None]),
         "raw": True,
     }
-    return {"type": "bumpmap", "scale": SLOPE * length, "bump_texture": texture, "bsdf": bsdf}
+    return {
+        "type": "bumpmap",
+        "scale": SLOPE * length,
+        "use_shadowing_function": False,
+        "bump_texture": texture,
+        "bsdf": bsdf,
+    }
 
 
 def texel_length(entry, shape, rows, columns):

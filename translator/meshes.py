@@ -86,7 +86,9 @@ class Meshes:
             SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
         """
         try:
-            if path not in self.files and features(path).plain:
+            # A bump map must know the mesh; see `bumps.texel_length`.
+            known = path in self.files or block.bump_texture is not None
+            if not known and features(path).plain:
                 tint = tints(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
