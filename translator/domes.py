@@ -8,7 +8,7 @@ from translator.dialects import note
 from translator.images import as_texture, read_image
 from translator.neutral import Picture
 from translator.shapes import Hemisphere, InfinityLight, Sphere
-from translator.tints import Texture
+from translator.tints import Texture, met
 
 FAR = 50.0
 """A dome whose radius exceeds this multiple of the scene's extent becomes an environment map: what
@@ -124,7 +124,8 @@ class Domes:
             scale: factor of the radiance.
             flip: whether v = 0 is the bottom row.
         """
-        shown = np.ascontiguousarray(pixels[::-1] if flip else pixels) * np.float32(scale)
+        shown = met(pixels) * np.float32(scale)
+        shown = np.ascontiguousarray(shown[::-1] if flip else shown)
         return {
             "bsdf": {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}},
             "emitter": {"type": "twosidedarea", "radiance": self.radiance(shown)},

@@ -92,14 +92,21 @@ def mean(tint):
     return float(np.mean(tint.factor if isinstance(tint, VertexColor) else tint))
 
 
+def met(pixels):
+    """The texels of a picture that are ever met, top row first.
+
+    The original program takes the texel in column floor((w - 1) u) and, from the bottom, row
+    floor((h - 1) v): for u and v below 1 the last column and the top row are never met (section
+    11.1). Without them the nearest texel is the same one.
+    """
+    height, width = pixels.shape[:2]
+    return pixels[min(1, height - 1) :, : max(1, width - 1)]
+
+
 def load_texture(
     path, *, flip=True, repeat=1, uv_scale=(1.0, 1.0), uv_offset=(0.0, 0.0), spectral=False
 ):
     """The `Texture` of a picture file.
-
-    The original program takes the texel in column floor((w - 1) u) and, from the bottom, row
-    floor((h - 1) v): for u and v below 1 the last column and the top row are never met (section
-    11.1). They are left out here, and the nearest texel is then the same one.
 
     Args:
         path: the picture.
@@ -114,9 +121,7 @@ def load_texture(
         ImageError: the file is no picture.
     """
     image = as_texture(read_image(path))
-    top, last = min(1, image.rgb.shape[0] - 1), max(1, image.rgb.shape[1] - 1)
-    rgb, alpha = image.rgb[top:, :last], image.alpha
-    alpha = None if alpha is None else alpha[top:, :last]
+    rgb, alpha = met(image.rgb), None if image.alpha is None else met(image.alpha)
     if flip:
         rgb, alpha = rgb[::-1], None if alpha is None else alpha[::-1]
     scale = (uv_scale[0] * repeat, uv_scale[1] * repeat)
