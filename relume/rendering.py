@@ -73,7 +73,8 @@ def render_file(
     if why:
         console.print(f"[yellow]{why}[/] after {session.spp_done} of {session.spp} samples a pixel")
     if written.repaired:
-        console.print(f"[yellow]{written.repaired} pixels were not finite or negative[/]")
+        why = "colours that RGB cannot hold, or noise" if spectral else "this should not happen"
+        console.print(f"[yellow]{written.repaired} pixels below 0 or not finite: {why}[/]")
     for note in destination.notes:
         console.print(f"[yellow]{note}[/]", highlight=False)
     return written.paths

@@ -98,11 +98,11 @@ class Meshes:
         except ImageError as error:
             raise SceneError(error.path, [Problem(0, 0, error.message, "asset")]) from None
 
-    def bump(self, material, block):
+    def bump(self, material, block, find):
         """Path of the bump map of a material, or None; a missing file is noted."""
         if material is None or material.map_bump is None:
             return None
-        path = self.find(material.map_bump.file)
+        path = find(material.map_bump.file)
         if path is None:
             note = f"no such file '{material.map_bump.file}' for map_Bump"
             block.source.becomes("", "approximated", note)
@@ -113,17 +113,22 @@ class Meshes:
         obj = self.read(path)
         for line, text in obj.notes[:20]:
             block.source.remark("", f"{Path(path).name}:{line}: {text}")
-        library = materials(obj, path, self.find, block)
+        library, folders = materials(obj, path, self.find, block)
+
+        def find(name):
+            near = (folder / name.replace("\\", "/") for folder in folders)
+            return self.find(name) or next((file for file in near if file.is_file()), None)
+
         result = []
         for index, group in enumerate(obj.groups):
             material = library.get((group.material or "").casefold())
             described = block if material is None else with_material(block, material)
             colored = group.colors is not None
-            tint = tints(described, material, self.find, self.spectral, colored, block.color)
+            tint = tints(described, material, find, self.spectral, colored, block.color)
             entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
             opacity = None if material is None or material.map_kd else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
-            bump = self.bump(material, block)
+            bump = self.bump(material, block, find)
             result.append(Part(name, entry, described, tint, opacity, bump))
         return result
 
@@ -141,10 +146,13 @@ def stock_mesh(block, path, matrix):
 
 
 def materials(obj, path, find, block):
-    """The materials of all MTL files that an OBJ file names; a missing one is noted."""
-    library = {}
+    """The materials of all MTL files that an OBJ file names, and the folders of these files.
+
+    A missing file is noted.
+    """
+    library, folders = {}, [Path(path).parent]
     for line, name in obj.mtllib:
-        beside = Path(path).with_name(name)
+        beside = Path(path).parent / name.replace("\\", "/")
         file = beside if beside.is_file() else find(name)
         if file is None:
             block.source.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
@@ -153,7 +161,8 @@ def materials(obj, path, find, block):
         for note in found.notes[:20]:
             block.source.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
         library.update(found)
-    return library
+        folders.append(Path(file).parent)
+    return library, folders
 
 
 def with_material(block, material):
