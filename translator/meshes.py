@@ -86,9 +86,7 @@ class Meshes:
             SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
         """
         try:
-            # A bump map must know the mesh; see `bumps.texel_length`.
-            known = path in self.files or block.bump_texture is not None
-            if not known and features(path).plain:
+            if path not in self.files and stock_serves(block, matrix) and features(path).plain:
                 tint = tints(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
@@ -131,6 +129,16 @@ class Meshes:
             bump = self.bump(material, block, find)
             result.append(Part(name, entry, described, tint, opacity, bump))
         return result
+
+
+def stock_serves(block, matrix):
+    """Whether Mitsuba's own reader could do for a mesh object.
+
+    A bump map must know the mesh (see `bumps.texel_length`), and under a mirroring matrix the stock
+    plugin leaves either faces or vertex normals on the wrong side.
+    """
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    return block.bump_texture is None and not (mirrored and block.smooth)
 
 
 def stock_mesh(block, path, matrix):
