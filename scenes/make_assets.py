@@ -32,7 +32,7 @@ def waves():
 def sky():
     """A panorama: blue above, sand below, a sun of radiance 900 to the right, a cross at -Z."""
     rows, columns = 64, 128
-    v, u = np.mgrid[0:rows, 0:columns]
+    v = np.mgrid[0:rows, 0:columns][0]
     elevation = (0.5 - (v + 0.5) / rows) * np.pi
     up = np.clip(np.sin(elevation), 0, 1)[..., None]
     image = (1 - up) * np.array([0.85, 0.9, 1.0]) + up * np.array([0.15, 0.3, 0.75])
@@ -73,7 +73,8 @@ def tetrahedron():
     """A tetrahedron with a colour at each corner."""
     corners = np.array([[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]])
     colors = np.array([[0.9, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.2, 0.9], [0.9, 0.8, 0.1]])
-    lines = [f"v {' '.join(map(str, v))} {' '.join(map(str, c))}" for v, c in zip(corners, colors, strict=True)]
+    vertices = np.concatenate([corners, colors], axis=1)
+    lines = [f"v {' '.join(map(str, vertex))}" for vertex in vertices.tolist()]
     lines += ["f 1 2 4", "f 1 3 2", "f 1 4 3", "f 2 3 4"]
     (FOLDER / "tetrahedron.obj").write_text("\n".join(lines) + "\n")
 

@@ -9,6 +9,9 @@ from translator.keywords import TEXTS
 MAX_NUMBER = 1e30
 """Largest absolute value of a number: beyond it single precision fails."""
 
+LONGEST_MESSAGE = 900
+"""Longest text of a problem, which may quote the file."""
+
 _LEADING_NUMBERS = re.compile(r"\s*([+-]?[0-9]{1,300}(?:\.[0-9]*)?)")
 
 
@@ -27,7 +30,7 @@ class ValueReader:
 
     def error(self, line, column, message, kind):
         """Note a problem at a line and a column, both counted from 1."""
-        self.problems.append(Problem(line, column, message, kind))
+        self.problems.append(Problem(line, column, clip(message, LONGEST_MESSAGE), kind))
 
     def numbers(self, name, text, line, offset, counts):
         """Read expressions from `text`, which starts at column `offset` (from 0) of its line.
