@@ -61,7 +61,7 @@ def define():
             β = mi.Spectrum(1)  # throughput
             η = mi.Float(1)  # product of the relative indices
             depth = mi.UInt32(0)
-            seen = mi.Bool(False)  # did the camera ray hit anything?
+            seen = mi.Bool(scene.environment() is not None)  # does the camera ray show anything?
             dispersed = mi.Bool(False)  # is wavelength 0 the only one left?
             active = mi.Bool(active)
 

@@ -106,7 +106,7 @@ class _ObjectReader:
     def vector(self, word):
         """Three numbers behind the word of the current line, or None after noting a problem."""
         _, rest, offset = self.cursor.keyword_text()
-        report = self.cursor.report(word)
+        report = self.cursor.report(clip(word))
         read = self.cursor.values.numbers(word, rest, self.cursor.number, offset, (3,))
         for note in read[1] if read else ():
             report.remark(note)
