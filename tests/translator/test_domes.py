@@ -259,3 +259,31 @@ def test_shining_pictures(load, view, write_picture, tmp_path, shape):
             at = (2 * u - 1, 2 * v - 1, 0)
             image = mi.render(load(view((at[0], at[1], 3 * side), at) + text), spp=2)
             assert np.allclose(image, expected, rtol=1e-5), (u, v, side)
+
+
+CATCHER = "OBJECT\nuvplane -20 0 -20\nU 0 0 40\nV 40 0 0\ncolor 0.5 0.4 0.3\nshadow 1\n\n"
+
+
+def test_shadow_is_for_image_based_light_alone(translated, write_picture):
+    """Without it the line is ignored, and no scene pays for the integrator of catchers."""
+    write_picture("sky.png", np.full((4, 4, 3), 255))
+    plan = translated(CATCHER + dome("panoramic_map", 100)).plan
+    assert {"shadowcatcher", "shadowcatching"} <= set(plan.plugins)
+    translation = translated(CATCHER + "BACKGROUND\n1 1 1\n")
+    assert (translation.plan.integrator, translation.plan.plugins) == ("path", ())
+    report = next(r for r in translation.document.source.all if r.keyword == "shadow")
+    assert report.outcome == "ignored"
+
+
+@pytest.mark.parametrize("radius", [100, 10000])
+def test_shadow_of_a_disk(measure, view, agrees, write_picture, monkeypatch, radius):
+    """Below the middle of a black disk of radius 1 at height 2 the share 1 / (1 + 4) is hidden.
+
+    The catcher lets the rest of the sky behind it through; what its own dark side would show of the
+    disk is black.
+    """
+    monkeypatch.setattr(domes, "MAP_ROWS", 16)
+    write_picture("sky.png", np.full((4, 4, 3), 255))
+    disk = "OBJECT\ndisk 0 2 0 1\nnormal 0 -1 0\ncolor 0 0 0\nreflection diffuse\n\n"
+    text = view((3, 1, 0), (0, 0, 0)) + CATCHER + disk + dome("panoramic_map", radius)
+    agrees(measure(text.replace(BALL, "\n"), spp=2048), 0.8)
