@@ -10,7 +10,7 @@ from pathlib import Path
 from relume import llvm, probe
 
 PACKAGES = (
-    "relume", "mitsuba", "drjit", llvm.WHEEL, "numpy", "trimesh", "OpenEXR", "pillow", "rich",
+    "relume", "mitsuba", "drjit", llvm.WHEEL, "numpy", "OpenEXR", "pillow", "rich",
     "click",
 )  # fmt: skip
 NEEDED = "llvm_ad_rgb"
