@@ -5,7 +5,7 @@ PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
 STATE   = { pwd; cat $(PINS); }
 
-.PHONY: setup install demo test lint clean
+.PHONY: setup install demo test lint clean study-materials study-lights study-gallery
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -33,6 +33,17 @@ test: lint
 
 lint: setup
 	$(BIN)/ruff check .
+
+study-materials: setup
+	$(BIN)/python -m pytest -s -m study tests/bsdfs/study_accuracy.py
+	$(BIN)/python tests/bsdfs/study_speed.py
+
+study-lights: setup
+	$(BIN)/python tests/emitters/study_lights.py
+
+# make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
+study-gallery: setup
+	$(BIN)/python tests/translator/study_gallery.py '$(CORPUS)' --asset-path '$(ASSETS)'
 
 clean:
 	rm -rf $(VENV) out build *.egg-info
