@@ -9,6 +9,8 @@ r"""Area light that shines on both sides (`twosidedarea`)
 Attached to any shape, it makes every point of it emit :math:`L_e` into the whole sphere of
 directions, as the legacy language has it for hemispheres and infinite planes with emission, and
 for images put on planes and meshes as light. A closed lamp needs no second side: use `area` there.
+Of a sphere that lights its own inside turn the normals inwards (`flip_normals`): seen from just
+below the surface the stock sphere is otherwise sampled as if from outside, and light is lost.
 A lamp of area :math:`A` with constant radiance has the power :math:`2 \pi A L_e`.
 
 Emitter sampling draws points on the shape as the shape itself does it, by solid angle where it
