@@ -1,4 +1,4 @@
-"""The command line: `relume check | render | convert | doctor`."""
+"""The command line: `relume check | render | compare | convert | doctor`."""
 
 import json
 import sys
@@ -141,6 +141,48 @@ def convert(scene, out, as_python, dialect, asset_path):
         else:
             for path in converter.write_xml(scene, out, dialect, asset_path):
                 click.echo(path)
+
+
+@main.command()
+@click.argument("scene", type=click.Path())
+@click.option(
+    "--with",
+    "with_",
+    default="volpath",
+    show_default=True,
+    metavar="ID|FILE",
+    help="The reference: an integrator plugin, or a linear picture (.exr .hdr).",
+)
+@click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
+@click.option("--size", type=Size(), help="Size of the picture.")
+@click.option(
+    "--runs",
+    type=click.IntRange(min=8),
+    default=32,
+    show_default=True,
+    help="Independent renders of each side.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("-o", "--output", "out", metavar="FILE.html", help="Write a page with the pictures.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@scene_options
+def compare(scene, out, as_json, **options):
+    """Tell whether a scene looks the same by another integrator, or as in a picture.
+
+    Both sides are rendered many times, so that every error has its interval. The exit status is 0
+    if they agree, 4 if they differ and 1 after an error. Ctrl-C keeps the runs so far.
+    """
+    from relume import compare_table, comparing
+
+    with readable_errors():
+        found = comparing.run(scene, out, Console(stderr=True), **options)
+        if as_json:
+            click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
+        else:
+            compare_table.print_report(found.report(), Console())
+            if out:
+                click.echo(f"\n{out}")
+        sys.exit(0 if found.agree else 4)
 
 
 @main.command()

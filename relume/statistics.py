@@ -72,10 +72,11 @@ class Scores:
         """Number of scores above the threshold."""
         return int((np.abs(self.z) > self.threshold).sum())
 
-    @property
-    def worst(self):
-        """Index of the largest |z|."""
-        return np.unravel_index(np.abs(self.z).argmax(), self.z.shape)
+    def place(self, size):
+        """Index of the largest `size` among scores above the threshold; of |z| if there is none."""
+        z = np.abs(self.z)
+        size = np.where(z > self.threshold, size, -1) if self.rejected else z
+        return np.unravel_index(size.argmax(), size.shape)
 
 
 def block_side(height, width):

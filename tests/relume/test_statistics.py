@@ -122,6 +122,13 @@ def test_without_noise_rounding_agrees_and_more_differs():
     assert alarms(one, other) == alarms(black, one) == ["whole", "blocks", "pixels"]
 
 
+def test_the_place_is_the_largest_of_those_above_the_threshold():
+    scores = statistics.Scores(np.array([[5.0, -6.0, 2.0]]), 4.0)
+    assert scores.rejected == 2
+    assert scores.place(np.array([[0.3, 0.2, 0.9]])) == (0, 0)
+    assert statistics.Scores(scores.z, 7.0).place(np.array([[0.3, 0.2, 0.9]])) == (0, 1)
+
+
 # ---- false alarms
 
 DISTRIBUTIONS = {  # all of mean 1
@@ -190,9 +197,9 @@ def test_a_change_of_one_place_is_found_there(place, change, level):
     hits = 0
     for _ in range(20):
         scores = statistics.all_levels(run(mean), run(np.ones(SHAPE)), RATE)[level]
-        y, x, _ = scores.worst
+        worst = scores.place(np.abs(scores.z))
         where = (1, 2) if level == "blocks" else place
-        hits += scores.rejected > 0 and (y, x) == where and scores.z[scores.worst] > 0
+        hits += scores.rejected > 0 and worst[:2] == where and scores.z[worst] > 0
     assert hits >= 18
 
 

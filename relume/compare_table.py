@@ -1,0 +1,119 @@
+"""The figures of a comparison as tables, for the terminal and for the page."""
+
+from rich.table import Table
+from rich.text import Text
+
+from relume.comparison import decimals
+
+
+def tables(report):
+    """The tables of a report.
+
+    Args:
+        report: what `Comparison.report` returned.
+
+    Returns:
+        List of (heading row, other rows), all of them strings.
+    """
+    return [
+        (["", *(side["name"] for side in report["sides"])], _sides(report["sides"])),
+        (["energy", "ratio", "bias", "z"], [_channel(channel) for channel in report["energy"]]),
+        (["error", ""], _errors(report)),
+        (
+            ["test", "of", "largest |z|", "threshold", "above it"],
+            [
+                [
+                    test["level"],
+                    str(test["tests"]),
+                    f"{test['largest']:.2f}",
+                    f"{test['threshold']:.2f}",
+                    str(test["rejected"]),
+                ]
+                for test in report["tests"]
+            ],
+        ),
+    ]
+
+
+def explanations(report):
+    """What the figures mean: a list of sentences."""
+    confidence = round(100 * report["confidence"])
+    alarms = round(100 * report["false_alarms"])
+    return [
+        f"± is the {confidence} % interval. The ratio is the mean of the first over that of the"
+        " second, the bias their difference.",
+        f"Two methods of the same expectation are told to differ in {alarms} % of comparisons:"
+        " all tests together, by Šidák's correction. z is positive where the first is brighter.",
+        "relMSE is mean((I - R)² / (R² + 0.01 m²)), R the second picture and m its mean; debiased,"
+        " the variance of R is taken off.",
+        "Efficiency is 1 / (relMSE of the noise · time), the same for any number of samples."
+        " Time is the median of the runs times their number.",
+        *(
+            ["A picture tells no variance: its noise is that part of the difference which varies"
+             " from pixel to pixel more than the renders explain."]
+            if any(side["runs"] == 0 for side in report["sides"])
+            else []
+        ),
+    ]  # fmt: skip
+
+
+def print_report(report, console):
+    """Print the verdict and the tables."""
+    style = "green" if report["verdict"] == "agree" else "yellow"
+    console.print(Text(report["text"], style=f"bold {style}"), soft_wrap=True)
+    for head, rows in tables(report):
+        table = Table(box=None, padding=(0, 2), header_style="bold")
+        for column, name in enumerate(head):
+            table.add_column(Text(name), justify="right" if column else "left")
+        for row in rows:
+            table.add_row(*map(Text, row))
+        console.print()
+        console.print(table)
+
+
+def _sides(sides):
+    def row(name, text):
+        return [name, *(text(side) for side in sides)]
+
+    channels = [
+        row(
+            f"mean of {name}",
+            lambda side, c=c: _with_error(side["mean"][c], side["mean_plus_minus"][c]),
+        )
+        for c, name in enumerate(("red", "green", "blue"))
+    ]
+    return [
+        row("runs x samples", lambda s: f"{s['runs']} x {s['spp']}" if s["runs"] else "a picture"),
+        *channels,
+        row("relMSE of the noise", lambda side: f"{side['rel_mse_of_noise']:.3g}"),
+        row("time", lambda side: _or_dash(side["seconds"], "{:.3g} s")),
+        row("efficiency", lambda side: _or_dash(side["efficiency"], "{:.3g} / s")),
+        row("NaN, infinite", lambda side: str(side["not_finite"])),
+        row("negative", lambda side: str(side["negative"])),
+    ]
+
+
+def _channel(channel):
+    def interval(name):
+        if channel[name] is None:
+            return "-"
+        return _with_error(channel[name], channel[f"{name}_plus_minus"])
+
+    return [channel["channel"], interval("ratio"), interval("bias"), f"{channel['z']:+.2f}"]
+
+
+def _with_error(value, half_width):
+    digits = decimals(half_width)
+    return f"{value:.{digits}f} ± {half_width:.{digits}f}"
+
+
+def _errors(report):
+    return [
+        ["relMSE", f"{report['rel_mse']:.4g}"],
+        ["relMSE, debiased", f"{report['rel_mse_debiased']:.4g}"],
+        ["HDR-FLIP, mean", _or_dash(report["flip"], "{:.4f}")],
+    ]
+
+
+def _or_dash(value, form):
+    return "-" if value is None else form.format(value)

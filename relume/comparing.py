@@ -1,0 +1,248 @@
+"""`relume compare`: one scene rendered by two methods, or by one against a picture; do they agree?
+
+Each method makes many short independent renders of the same loaded scene, in turn, with seeds of
+their own. Their scatter gives every error its interval. The verdict is `differ` if any of the
+tests of `statistics.all_levels` rejects (whole picture, blocks, pixels, together at a stated rate
+of false alarms) or a value is no finite number, else `agree`.
+"""
+
+import dataclasses
+import shlex
+import time
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+import translator
+from relume import measures, statistics
+from relume.application import other_integrator, prepared, read, resized
+from relume.compare_page import page
+from relume.comparison import FALSE_ALARMS, Comparison, Side
+from relume.output import OutputError, check_writable
+from relume.rendering import interruptible
+from relume.session import CannotRender, Session, reason, variant
+
+RUNS = 32
+FEWEST_RUNS = 8
+"""Below, the scatter of the runs says too little of a variance."""
+
+PICTURES = (".exr", ".hdr")
+
+
+def run(scene, out, console, **options):
+    """Compare with progress and write the page.
+
+    Args:
+        scene: as `compare`.
+        out: file of the page, or None.
+        console: `rich.console.Console` for the progress.
+        options: as `compare`.
+
+    Returns:
+        `Comparison`.
+
+    Raises:
+        OutputError: the page cannot be written; and what `compare` raises.
+    """
+    if out is not None:
+        if Path(out).is_dir():
+            raise OutputError(f"cannot write {out}: it is a folder")
+        check_writable(out)
+    columns = (TextColumn("run"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
+    quiet = not console.is_terminal
+    with (
+        Progress(*columns, console=console, transient=True, disable=quiet) as bar,
+        interruptible() as stop,
+    ):
+        task = bar.add_task("compare")
+
+        def watch(done, runs):
+            bar.update(task, completed=done, total=runs)
+            return bool(stop)
+
+        found = compare(scene, watch=watch, **options)
+    if out is not None:
+        Path(out).write_text(page(found), encoding="utf-8")
+    return found
+
+
+def compare(
+    scene,
+    *,
+    with_="volpath",
+    size=None,
+    spp=None,
+    runs=RUNS,
+    seed=0,
+    dialect="manual",
+    asset_path=(),
+    watch=None,
+):
+    """Compare a scene's picture with that of another integrator, or with a picture.
+
+    Args:
+        scene: the scene file; rendered by the integrator that is planned for it.
+        with_: plugin id of an integrator, which gets the same scene, depths and number of samples;
+            or a linear picture, .exr or .hdr. It is the reference.
+        size: (width, height) instead of the scene's; that of the picture if there is one.
+        spp: samples of a pixel of each side in all its runs together, rounded up to a multiple of
+            `runs`; by default the scene's.
+        runs: independent renders of each side, `FEWEST_RUNS` or more.
+        seed: non-negative integer; the same seed gives the same comparison but for the times.
+        dialect: `manual` or `prender`.
+        asset_path: folders in which files that the scene names are looked for.
+        watch: called with the number of runs done and of all runs; rendering stops if it returns
+            True.
+
+    Returns:
+        `Comparison`.
+
+    Raises:
+        SceneError: errors of the file, and missing files.
+        CannotRender: an integrator does not work here, or too few runs were done.
+        ValueError: a number out of range, or a picture that cannot be read or has another size.
+    """
+    if runs < FEWEST_RUNS:
+        raise ValueError(f"runs {runs}: expected {FEWEST_RUNS} or more")
+    picture = load_picture(with_) if Path(with_).suffix else None
+    if picture is not None:
+        of_picture = (picture.shape[1], picture.shape[0])
+        if size is not None and tuple(size) != of_picture:
+            raise ValueError("size {}x{}: {} has {}x{}".format(*size, with_, *of_picture))
+        size = of_picture
+    document = read(scene)
+    if spp is None:
+        spp = document.sampling * document.supersampling**2
+    each = -(-spp // runs)
+    # Translated for all samples: what depends on their number must be that of one long render.
+    translation = translator.translate(resized(document, size, each * runs), dialect, asset_path)
+    plan = translation.plan
+    with prepared(translation, seed) as session:
+        methods = [(plan.integrator, session.integrator)]
+        if picture is None:
+            methods.append((with_, in_place_of_planned(with_, translation)))
+        sides = render_in_turn(session.scene, methods, each, runs, seed, watch)
+    if picture is not None:
+        sides.append(picture_side(with_, picture, sides[0].estimate))
+    settings = {
+        "scene": str(scene),
+        "with": str(with_),
+        "size": [plan.width, plan.height],
+        "spp": each * sides[0].runs,
+        "runs": sides[0].runs,
+        "seed": seed,
+        "dialect": dialect,
+        "variant": plan.variant,
+    }
+    settings["command"] = command_line(settings, asset_path)
+    settings["notes"] = notes(translation.document)
+    a, b = (side.estimate for side in sides)
+    scores = statistics.all_levels(a, b, FALSE_ALARMS)
+    flip = measures.flip(a.pixels.mean, b.pixels.mean)
+    return Comparison(tuple(sides), scores, flip, settings)
+
+
+def render_in_turn(scene, methods, spp, runs, seed, watch=None):
+    """Render a scene by several integrators, run by run.
+
+    Args:
+        scene: `mi.Scene`.
+        methods: pairs of a name and an `mi.Integrator`.
+        spp: samples of a pixel in a run.
+        runs: number of runs.
+        seed: as `compare`.
+        watch: as `compare`.
+
+    Returns:
+        A `Side` for each method.
+    """
+    taken = [statistics.Runs() for _ in methods]
+    seconds = [[] for _ in methods]
+    for run in range(runs):
+        for side, (_, integrator) in enumerate(methods):
+            start = time.perf_counter()
+            # 64 bits of the seed's own sequence: no two runs share one.
+            own = np.random.SeedSequence((seed, side, run)).generate_state(1, np.uint64)
+            session = Session(scene, spp, int(own[0]), integrator)
+            for _ in session.run():
+                pass
+            seconds[side].append(time.perf_counter() - start)
+            taken[side].add(session.image())
+        if watch and watch(run + 1, runs):
+            break
+    if run + 1 < FEWEST_RUNS:
+        raise CannotRender(f"stopped after {run + 1} runs; {FEWEST_RUNS} are needed for a verdict")
+    return [
+        Side(name, t.estimate(), t.count, tuple(s), t.not_finite, t.negative)
+        for (name, _), t, s in zip(methods, taken, seconds, strict=True)
+    ]
+
+
+def in_place_of_planned(name, translation):
+    """An integrator in the place of the planned path tracer, inside what the plan wraps around it.
+
+    Args:
+        name: plugin id.
+        translation: the translated scene.
+
+    Raises:
+        CannotRender: there is no such integrator, or it cannot be wrapped.
+    """
+    wrappers, inner = [], translation.scene["integrator"]
+    while "integrator" in inner:
+        wrappers.append(inner)
+        inner = inner["integrator"]
+    scene = translation.scene | {"integrator": inner}
+    made = other_integrator(name, dataclasses.replace(translation, scene=scene))
+    try:
+        for wrapper in reversed(wrappers):
+            made = mi.load_dict(wrapper | {"integrator": made})
+    except RuntimeError as error:
+        raise CannotRender(f"integrator '{name}': {reason(error)}") from None
+    return made
+
+
+def load_picture(path):
+    """Read a linear picture: (height, width, 3) float32.
+
+    Raises:
+        ValueError: it is of another format, or cannot be read.
+    """
+    if Path(path).suffix.lower() not in PICTURES:
+        raise ValueError(f"{path}: expected an integrator's id or a linear picture, .exr or .hdr")
+    if not Path(path).is_file():
+        raise ValueError(f"{path}: no such file")
+    with variant("scalar_rgb"):
+        try:
+            bitmap = mi.Bitmap(str(path)).convert(
+                mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False
+            )
+        except RuntimeError as error:
+            raise ValueError(f"{path}: {reason(error)}") from None
+        return np.array(bitmap)
+
+
+def picture_side(name, picture, other):
+    """The `Side` of a picture without runs, its noise judged by an estimate of the same scene."""
+    finite = np.isfinite(picture)
+    estimate = statistics.from_picture(np.where(finite, picture, 0), other)
+    return Side(str(name), estimate, 0, (), int((~finite).sum()), int((picture < 0).sum()))
+
+
+def command_line(settings, asset_path):
+    """The command that gives this comparison."""
+    words = ["relume", "compare", settings["scene"], "--with", settings["with"]]
+    words += ["--size", "{}x{}".format(*settings["size"])]
+    for name in ("spp", "runs", "seed", "dialect"):
+        words += [f"--{name}", str(settings[name])]
+    for folder in asset_path:
+        words += ["--asset-path", str(folder)]
+    return shlex.join(words)
+
+
+def notes(document):
+    """What of the scene is not rendered as written: a list of sentences."""
+    told = (line for line in document.source.all if line.outcome in ("unsupported", "approximated"))
+    return [f"line {x.line}, {x.keyword}: {x.outcome}: {x.note}" for x in told if x.note]

@@ -1,0 +1,268 @@
+"""`relume compare`: methods that agree, methods and pictures that do not, its page and its JSON."""
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import relume
+from relume import comparing, output
+from relume.application import CannotRender
+from relume.cli import main
+from relume.compare_page import page
+
+SMALL = {"size": (32, 24), "spp": 64}
+
+
+@pytest.fixture
+def brighter():
+    """The id of a path tracer that gives 2 % too much light: a planted error."""
+
+    def define():
+        class Brighter(mi.SamplingIntegrator):
+            def __init__(self, props):
+                super().__init__(props)
+                self.path = mi.load_dict({"type": "path"})
+
+            def sample(self, scene, sampler, ray, medium=None, active=True):
+                L, valid, values = self.path.sample(scene, sampler, ray, medium, active)
+                return 1.02 * L, valid, values
+
+        mi.register_integrator("test_brighter", Brighter)
+
+    before = mi.variant()
+    mi.set_variant("llvm_ad_rgb")
+    define()
+    yield "test_brighter"
+    if before:
+        mi.set_variant(before)
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """A function that runs the command in an empty folder."""
+    folder = tmp_path / "cwd"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    return lambda *words: CliRunner().invoke(main, ["compare", *map(str, words)])
+
+
+# ---- verdicts
+
+
+def test_path_and_volpath_agree(room):
+    """Two seeds: a false alarm in any has a chance of 2 %; the seeds are fixed."""
+    for seed in range(2):
+        found = comparing.compare(room(), **SMALL, seed=seed)
+        assert found.agree and found.verdict().startswith("agree: ")
+        for channel in found.energy():
+            assert abs(channel["ratio"] - 1) < 2 * channel["ratio_plus_minus"] < 0.05
+
+
+def test_a_method_that_is_2_percent_too_bright_differs(room, brighter):
+    """Found in the mean, whose interval is a quarter of that; what is told covers 2 %."""
+    report = comparing.compare(room(), with_=brighter, size=(64, 48), spp=256).report()
+    assert report["verdict"] == "differ"
+    for channel in report["energy"]:
+        assert abs(channel["ratio"] - 1 / 1.02) < 1.5 * channel["ratio_plus_minus"] < 0.01
+    assert re.match(r"differ by -[12]\.\d+ % ± 0\.\d+ % in the mean of \w+, most", report["text"])
+
+
+def test_a_ball_of_another_colour_is_found_where_it_is(room, tmp_path):
+    """Against a picture, in which the ball at the left is twice as red."""
+    changed = tmp_path / "changed.txt"
+    changed.write_text(room().read_text().replace("0.2 0.4 0.8", "0.4 0.4 0.8"))
+    picture = tmp_path / "changed.exr"
+    output.write_image(picture, relume.render(changed, size=(32, 24), spp=256))
+    report = comparing.compare(room(), with_=str(picture), spp=128).report()
+    most = report["most"]
+    assert report["verdict"] == "differ" and report["size"] == [32, 24]
+    assert most["channel"] == "red" and most["ratio"] < 0.8 and most["z"] < -5
+    assert most["x"] < 16 and f"({most['x']}, {most['y']})" in report["text"]
+
+
+@pytest.mark.parametrize("extension, spp", [(".exr", 16), (".exr", 1024), (".hdr", 64)])
+def test_a_noisy_picture_of_the_scene_agrees(room, tmp_path, extension, spp):
+    """Whether it has more or less noise than the renders; RGBE rounds to half a percent."""
+    picture = tmp_path / f"stored{extension}"
+    output.write_image(picture, relume.render(room(), size=(32, 24), spp=spp, seed=5))
+    found = comparing.compare(room(), with_=str(picture), spp=64)
+    assert found.agree, found.verdict()
+    assert found.sides[1].runs == 0 and found.report()["sides"][1]["efficiency"] is None
+
+
+def test_values_that_are_no_numbers_differ(room, tmp_path):
+    import OpenEXR
+
+    stored = relume.render(room(), size=(32, 24), spp=64, seed=5)
+    stored[3, 4] = np.nan
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    picture = str(tmp_path / "holed.exr")
+    OpenEXR.File(header, {"RGB": stored}).write(picture)
+    found = comparing.compare(room(), with_=picture, spp=64)
+    assert found.verdict() == f"differ: {picture} has 3 values that are no numbers"
+    assert page(found) and json.dumps(found.report(), allow_nan=False)
+
+
+def test_the_other_integrator_gets_what_the_plan_wraps_around_the_planned(room):
+    """`sensor_response` 0.5 halves both sides; bare, the other one would be twice as bright."""
+    scene = room("sensor_response\n0.5")
+    found = comparing.compare(scene, **SMALL)
+    assert found.agree, found.verdict()
+    assert [side.name for side in found.sides] == ["sensorresponse", "volpath"]
+
+
+# ---- what is rendered
+
+
+def test_runs_share_nothing_but_the_scene(room):
+    """The same integrator on both sides: other seeds, so other noise; the same with each call."""
+    first, second = (
+        comparing.compare(room(), with_="path", size=(16, 12), spp=16, runs=8) for _ in range(2)
+    )
+    a, b = (side.estimate.pixels.mean for side in first.sides)
+    assert not np.array_equal(a, b) and first.agree
+    assert np.array_equal(a, second.sides[0].estimate.pixels.mean)
+    assert (first.sides[0].estimate.pixels.variance > 0).mean() > 0.5
+
+
+def test_samples_are_those_asked_for_rounded_up_to_whole_runs(room):
+    done = []
+    found = comparing.compare(
+        room(), size=(8, 6), spp=30, runs=8, watch=lambda *count: done.append(count)
+    )
+    assert (found.settings["spp"], found.settings["runs"]) == (32, 8)
+    assert done == [(k, 8) for k in range(1, 9)]
+    assert all(len(side.seconds) == side.runs == 8 for side in found.sides)
+
+
+def test_stopping_keeps_the_runs_so_far(room):
+    found = comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 9)
+    assert found.settings["runs"] == 9 and found.settings["spp"] == 9
+    with pytest.raises(CannotRender, match="stopped after 7 runs; 8 are needed"):
+        comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 7)
+
+
+# ---- the page
+
+
+class Elements(HTMLParser):
+    """Collects the elements of a page and the text of its scripts."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.scripts = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.found.append((tag, dict(attributes)))
+
+    def handle_data(self, data):
+        if self.found and self.found[-1][0] == "script" and data.strip():
+            self.scripts.append(data)
+
+
+@pytest.fixture
+def compared(room):
+    return comparing.compare(room(name="a & <b>.txt"), size=(20, 12), spp=32)
+
+
+def test_the_page_needs_nothing_but_itself(compared):
+    text = page(compared)
+    elements = Elements(text)
+    for tag, attributes in elements.found:
+        assert tag not in ("link", "iframe", "object", "base")
+        for name in ("src", "href", "srcset", "action"):
+            assert attributes.get(name, "data:").startswith("data:")
+    policy = next(a["content"] for tag, a in elements.found if "http-equiv" in a)
+    assert "default-src 'none'" in policy and "http" not in policy
+    assert not re.search(r"@[A-Z]+@|url\(|@import|fetch\(|https?://", text)
+
+
+def test_the_page_holds_the_pictures_without_loss(compared):
+    """Linear values as half floats: relative error below 2^-11 in the range of normal halves."""
+    elements = Elements(page(compared))
+    data = json.loads(elements.scripts[0])
+    assert (data["width"], data["height"]) == (20, 12)
+    for name, side in zip(("first", "second"), compared.sides, strict=True):
+        stored = np.frombuffer(base64.b64decode(data["arrays"][name]), "<f2").astype(float)
+        mean = side.estimate.pixels.mean
+        np.testing.assert_allclose(stored.reshape(mean.shape) * data["scale"], mean, rtol=2**-11)
+    assert len(data["arrays"]["z"]) == 4 * (20 * 12 * 2 // 3)
+    pictures = [a["src"] for tag, a in elements.found if tag == "img"]
+    for picture in pictures:
+        kind, _, content = picture.partition(",")
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(content).startswith(b"\x89PNG\r\n")
+    assert len(pictures) == 2
+
+
+def test_the_page_tells_verdict_figures_command_and_versions(compared):
+    text = page(compared)
+    report = compared.report()
+    assert report["text"] in text and "mitsuba" in text and "3.9.1" in text
+    assert "--with volpath --size 20x12 --spp 32 --runs 32 --seed 0 --dialect manual" in text
+    assert "a &amp; &lt;b&gt;.txt" in text and "<b>" not in text
+    for figure in ("relMSE, debiased", "HDR-FLIP", "threshold", "efficiency"):
+        assert figure in text
+
+
+# ---- the command
+
+
+def test_exit_status_0_agree_4_differ_1_error(invoke, room, tmp_path):
+    small = ("--size", "16x12", "--spp", "32")
+    result = invoke(room(), *small)
+    assert result.exit_code == 0 and result.stdout.startswith("agree: ")
+    output.write_image("white.exr", np.ones((12, 16, 3)))
+    result = invoke(room(), "--with", "white.exr", "--spp", "32")
+    assert result.exit_code == 4 and result.stdout.startswith("differ by -")
+    assert invoke("missing.txt").exit_code == 1
+
+
+def test_shape_of_the_json(invoke, room):
+    result = invoke(room(), "--size", "16x12", "--spp", "32", "--json", "-o", "deep/page.html")
+    report = json.loads(result.stdout)
+    assert list(report) == [
+        "verdict", "text", "scene", "with", "size", "spp", "runs", "seed", "dialect", "variant",
+        "command", "notes", "false_alarms", "confidence", "sides", "energy", "rel_mse",
+        "rel_mse_debiased", "flip", "tests", "most", "versions",
+    ]  # fmt: skip
+    for side in report["sides"]:
+        assert list(side) == [
+            "name", "runs", "spp", "mean", "mean_plus_minus", "rel_mse_of_noise", "seconds",
+            "efficiency", "not_finite", "negative",
+        ]  # fmt: skip
+        assert side["runs"] == 32 and len(side["mean"]) == 3 and side["seconds"] > 0
+    assert [channel["channel"] for channel in report["energy"]] == ["red", "green", "blue"]
+    assert [test["tests"] for test in report["tests"]] == [3, 3 * 12, 3 * 16 * 12]
+    assert Path("deep/page.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize(
+    "words, status, said",
+    [
+        (["--with", "nope"], 1, "integrator 'nope'"),
+        (["--with", "nope.exr"], 1, "nope.exr: no such file"),
+        (["--with", "picture.png"], 1, "expected an integrator's id or a linear picture"),
+        (["--with", "broken.exr"], 1, "broken.exr: "),
+        (["--with", "flat.exr", "--size", "9x9"], 1, "size 9x9: flat.exr has 8x6"),
+        (["--runs", "7"], 2, "--runs"),
+        (["-o", "."], 1, "cannot write .: it is a folder"),
+        (["-o", "broken.exr/page.html"], 1, "cannot write broken.exr/page.html"),
+    ],
+)
+def test_errors_are_one_readable_line(invoke, room, words, status, said):
+    output.write_image("flat.exr", np.ones((6, 8, 3)))
+    Path("broken.exr").touch()
+    result = invoke(room(), *words)
+    assert result.exit_code == status and said in result.stderr
+    assert result.stdout == "" and "Traceback" not in result.stderr
+    if status == 1:
+        assert len(result.stderr.strip().splitlines()) == 1
