@@ -23,7 +23,7 @@ def tables(report):
             ["test", "of", "largest |z|", "threshold", "above it"],
             [
                 [
-                    test["level"],
+                    test["level"] + ("" if test["counts"] else " (does not count)"),
                     str(test["tests"]),
                     f"{test['largest']:.2f}",
                     f"{test['threshold']:.2f}",
@@ -50,7 +50,8 @@ def explanations(report):
         " Time is the median of the runs times their number.",
         *(
             ["A picture tells no variance: its noise is that part of the difference which varies"
-             " from pixel to pixel more than the renders explain."]
+             " from pixel to pixel more than the renders explain. Tests of its single pixels do not"
+             " count."]
             if any(side["runs"] == 0 for side in report["sides"])
             else []
         ),

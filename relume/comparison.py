@@ -65,7 +65,7 @@ class Comparison:
     def agree(self):
         """Whether no difference was found."""
         finite = not any(side.not_finite for side in self.sides)
-        return finite and not any(level.rejected for level in self.scores.values())
+        return finite and not any(level.differ for level in self.scores.values())
 
     def energy(self):
         """Difference of the means of each channel, with intervals: a list of JSON values."""
@@ -91,7 +91,7 @@ class Comparison:
         Of those whose score is above the threshold; if none is, where the score is largest.
         """
         blocks, pixels = self.scores["blocks"], self.scores["pixels"]
-        level = "pixels" if pixels.rejected and not blocks.rejected else "blocks"
+        level = "pixels" if pixels.differ and not blocks.differ else "blocks"
         a, b = (getattr(side.estimate, level) for side in self.sides)
         place = tuple(int(i) for i in self.scores[level].place(np.abs(a.mean - b.mean)))
         a, b = (statistics.Level(l.mean[place], l.variance[place], l.dof[place]) for l in (a, b))
@@ -130,7 +130,7 @@ class Comparison:
         spot = "pixel" if place["pixels_across"] == 1 else "block"
         where = f"the {spot} at ({place['x']}, {place['y']})"
         there = f"{_percent(place)} of {place['channel']}"
-        if self.scores["whole"].rejected:
+        if self.scores["whole"].differ:
             return f"differ by {mean}, most in {where}: {there}"
         return f"differ in {where} by {there}; the means agree: {mean}"
 
@@ -156,6 +156,7 @@ class Comparison:
                     "threshold": level.threshold,
                     "largest": _number(np.abs(level.z).max()),
                     "rejected": level.rejected,
+                    "counts": level.counts,
                 }
                 for name, level in self.scores.items()
             ],

@@ -48,11 +48,13 @@ class Estimate:
         pixels: `Level` of shape (height, width, 3).
         blocks: `Level` of shape (rows, columns, 3); see `blocks`.
         whole: `Level` of shape (1, 1, 3).
+        lone: whether it is a picture whose noise was judged by that of its neighbouring pixels.
     """
 
     pixels: Level
     blocks: Level
     whole: Level
+    lone: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,15 +64,22 @@ class Scores:
     Attributes:
         z: normal scores, of the level's shape; the sign is that of the first mean less the second.
         threshold: |z| that all stay below, but for the stated rate of false alarms.
+        counts: whether a score above it means a difference.
     """
 
     z: np.ndarray
     threshold: float
+    counts: bool = True
 
     @property
     def rejected(self):
         """Number of scores above the threshold."""
         return int((np.abs(self.z) > self.threshold).sum())
+
+    @property
+    def differ(self):
+        """Whether a difference is found."""
+        return self.counts and self.rejected > 0
 
     def place(self, size):
         """Index of the largest `size` among scores above the threshold; of |z| if there is none."""
@@ -183,9 +192,10 @@ def from_picture(picture, other):
     """The estimate that a single picture is, its noise judged by an estimate of the same thing.
 
     The difference of the two varies from a pixel to the next by the noise of both. What `other`
-    does not account for is put down to the picture: one variance for each block and channel. This
-    takes the picture's noise as independent from pixel to pixel, and a true difference of the two
-    as smooth; where it is not, as along edges, the noise is judged too large: the tests find less.
+    does not account for is put down to the picture, shared among the pixels of each block and
+    channel in proportion to the variance of `other`. This takes its noise as independent from pixel
+    to pixel, and a true difference of the two as smooth; where it is not, as along edges, the noise
+    is judged too large: the tests find less.
 
     Args:
         picture: finite, shape (height, width, 3).
@@ -209,17 +219,22 @@ def from_picture(picture, other):
         count = count + block_means(np.pad(np.ones(steps.shape[:2]), pad))
     pixels = block_sizes(*shape[:2])[..., None]
     count = np.maximum(count, 1 / pixels[..., 0])[..., None]
-    noise = np.maximum(sums / count - block_means(other.pixels.variance), 0)
+    explained = block_means(other.pixels.variance)
+    noise = np.maximum(sums / count - explained, 0)
+    flat = from_blocks(explained, shape) == 0
+    shared = np.where(flat, 1, other.pixels.variance)
+    shared = shared * from_blocks(noise / np.where(explained == 0, 1, explained), shape)
     dof = np.broadcast_to(np.maximum(count * pixels, 1), noise.shape)
     share = pixels / pixels.sum()
     return Estimate(
-        Level(picture, from_blocks(noise, shape), from_blocks(dof, shape)),
+        Level(picture, shared, from_blocks(dof, shape)),
         Level(block_means(picture), noise / pixels, dof),
         Level(
             picture.mean(axis=(0, 1), keepdims=True),
             (share**2 * noise / pixels).sum(axis=(0, 1), keepdims=True),
             dof.sum(axis=(0, 1), keepdims=True),
         ),
+        lone=True,
     )
 
 
@@ -280,20 +295,21 @@ def threshold(rate, tests):
     return -NORMAL.inv_cdf(level / 2)
 
 
-def equal_means(a, b, rate):
+def equal_means(a, b, rate, counts=True):
     """Test two levels for equal means.
 
     Args:
         a: `Level`.
         b: `Level` of the same shape.
         rate: how often means that are all equal may be told to differ, such as 0.01.
+        counts: as `Scores`.
 
     Returns:
         `Scores`.
     """
     d = difference(a, b)
     t = np.divide(d.mean, np.sqrt(d.variance), out=np.zeros_like(d.mean), where=d.variance > 0)
-    return Scores(normal_score(t, d.dof), threshold(rate, t.size))
+    return Scores(normal_score(t, d.dof), threshold(rate, t.size), counts)
 
 
 def pooled(estimate):
@@ -301,7 +317,8 @@ def pooled(estimate):
 
     A region that by chance saw none of the rare bright paths shows neither their light nor their
     variance; the blocks around it do. Without this, methods with different noise and the same mean
-    would be told to differ.
+    would be told to differ. Light that fewer than about 20 paths of all runs found in such a
+    neighbourhood may still be missed together with its variance, and be told to be a difference.
 
     Returns:
         `Level` of the blocks and `Level` of the pixels; the neighbourhood is 3x3 blocks.
@@ -327,6 +344,9 @@ def _mean_of_nine(values):
 def all_levels(a, b, rate):
     """Test the whole picture, its blocks and its pixels.
 
+    Pixels do not count where one side is a lone picture: how much a single one of its pixels may
+    stray by chance cannot be told from the others.
+
     Args:
         a: `Estimate`.
         b: `Estimate` of the same shape.
@@ -340,7 +360,7 @@ def all_levels(a, b, rate):
     return {
         "whole": equal_means(a.whole, b.whole, each),
         "blocks": equal_means(blocks_a, blocks_b, each),
-        "pixels": equal_means(pixels_a, pixels_b, each),
+        "pixels": equal_means(pixels_a, pixels_b, each, not (a.lone or b.lone)),
     }
 
 

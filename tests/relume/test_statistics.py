@@ -29,7 +29,7 @@ def gathered(draw, runs=32):
 def alarms(a, b):
     """Which of the three levels differ."""
     scores = statistics.all_levels(a, b, RATE)
-    return [name for name, level in scores.items() if level.rejected]
+    return [name for name, level in scores.items() if level.differ]
 
 
 # ---- exact cases
@@ -207,30 +207,42 @@ def test_a_change_of_one_place_is_found_there(place, change, level):
 
 
 def test_noise_of_a_lone_picture():
-    """Its standard deviation, 0.1 of each pixel, comes back to 5 %, beside noise of the other."""
+    """It comes back to 5 % beside the noise of the other: a standard deviation of 0.1, in every
+    second column of 0.3, where the other has three times its noise, too."""
     rng = np.random.default_rng(17)
     shape = (96, 128, 3)
-    other = gathered(lambda: rng.normal(1, 0.3, shape))
-    estimate = statistics.from_picture(rng.normal(1, 0.1, shape), other)
-    assert np.sqrt(estimate.pixels.variance.mean()) == pytest.approx(0.1, rel=0.05)
-    deviation = 0.1 / np.sqrt(96 * 128)
-    np.testing.assert_allclose(np.sqrt(estimate.whole.variance), deviation, rtol=0.1)
+    deviation = np.where(np.arange(128) % 2, 0.3, 0.1)[:, None]
+    other = gathered(lambda: rng.normal(1, 3 * deviation, shape))
+    estimate = statistics.from_picture(rng.normal(1, deviation, shape), other)
+    for column, expected in ((0, 0.1), (1, 0.3)):
+        variance = estimate.pixels.variance[:, column::2].mean()
+        assert np.sqrt(variance) == pytest.approx(expected, rel=0.05)
+    whole = np.sqrt((0.1**2 + 0.3**2) / 2 / (96 * 128))
+    np.testing.assert_allclose(np.sqrt(estimate.whole.variance), whole, rtol=0.1)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize("noise", ["none", "normal", "exponential", "lognormal"])
 def test_false_alarms_against_a_lone_picture(noise):
     rng = np.random.default_rng(19)
     ramp = np.linspace(0.5, 1.5, SHAPE[1])[:, None]
+    draw = DISTRIBUTIONS.get(noise, lambda rng: np.ones(SHAPE))
     false = 0
     for _ in range(RERUNS):
         other = gathered(lambda: ramp * rng.exponential(1, SHAPE))
-        picture = (
-            ramp * np.maximum(rng.normal(1, noise, SHAPE), 0)
-            if noise < 1
-            else (ramp * rng.exponential(1, SHAPE))
-        )
-        false += bool(alarms(other, statistics.from_picture(picture, other)))
+        false += bool(alarms(other, statistics.from_picture(ramp * draw(rng), other)))
     assert false <= MOST_FALSE_ALARMS
+
+
+def test_a_lone_picture_that_is_1_percent_too_bright_is_found():
+    """Power above 90 %. Standard errors of the mean of 3072 pixels: 0.2 % of the picture with noise
+    0.1, 0.1 % of the runs; 1 % lies 4.5 of these off in each channel, the threshold is 3.3."""
+    rng = np.random.default_rng(29)
+    shape, found = (48, 64, 3), 0
+    for _ in range(20):
+        other = gathered(lambda: rng.gamma(32, 1 / 32, shape))
+        picture = rng.normal(1.01, 0.1, shape)
+        found += "whole" in alarms(other, statistics.from_picture(picture, other))
+    assert found >= 18
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (1, 40, 3), (5, 1, 3)])
