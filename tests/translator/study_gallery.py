@@ -31,9 +31,6 @@ FOLDER = Path(__file__).resolve().parents[2] / "docs" / "gallery"
 SIZE = (160, 120)
 COLUMNS = 6
 CAPTION = 13
-COLORS = 200
-"""Colours of a sheet's palette: noise of full colour would make files several times larger."""
-
 SHEETS = {"lights": "Lights and surroundings", "materials": "Materials, textures and meshes"}
 
 
@@ -110,7 +107,7 @@ def tile(path, document, asset_path, spp):
 
 
 def contact_sheet(tiles, letter):
-    """The sheet's picture: rows of tiles with their numbers below."""
+    """The sheet's picture, of 256 colours: rows of tiles with their numbers below."""
     width, height = SIZE[0] + 4, SIZE[1] + CAPTION + 2
     rows = -(-len(tiles) // COLUMNS)
     image = Image.new("RGB", (COLUMNS * width, rows * height), "white")
@@ -120,7 +117,9 @@ def contact_sheet(tiles, letter):
         pixels = Image.fromarray((shown.picture * 255 + 0.5).astype(np.uint8))
         image.paste(pixels, (x, y))
         draw.text((x + 2, y + SIZE[1]), f"{letter}{index + 1}", fill="black")
-    return image.quantize(COLORS, dither=Image.Dither.NONE)
+    # Rare colours count as much as the many greys; dithering needs the palette at hand.
+    palette = image.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+    return image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
 
 
 def listing(sheets, spp):
