@@ -213,6 +213,9 @@ def tints(block, material, find, spectral, colored=False, object_color=None):
         if path is None:
             block.source.becomes("", "approximated", f"no such file '{file}' for map_Kd")
             return Tints(object_color, block.specular)
+        if any(block.emission) and material.emission:
+            note = "#EMISSION is taken as it is, not multiplied by map_Kd"
+            block.source.becomes("", "approximated", note)
         u, v, _ = material.map_kd.scale
         du, dv, _ = material.map_kd.offset
         picture = load_texture(
