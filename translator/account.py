@@ -99,12 +99,49 @@ OBJECT_ROWS = (
 
 NOTES = (
     ("next_event_estimation", "lights are always sampled; the mean picture is the same"),
-    ("depth", "roulette sets in after this depth"),
+    ("depth", "sets in after this depth"),
 )
 
 
-def account(document):
-    """Set the outcome of every line that the translation itself does not account for."""
+def several_lamps(document):
+    """Whether explicit light comes from more than one lamp."""
+    lamps = [b for b in document.objects if any(b.emission) and not any(b.color)]
+    return document.next_event_estimation and len(lamps) > 1
+
+
+DOCUMENT_DIFFERENCES = (
+    ("roulette", "depth", ALWAYS),
+    ("ambient", "ambient", ALWAYS),
+    ("luminance-cutoff", "luminance_cutoff", ALWAYS),
+    ("several-lights", "next_event_estimation", several_lamps),
+)
+"""Rows of the table of dialects that a document touches: id, field, condition."""
+
+OBJECT_DIFFERENCES = (
+    ("glass-fresnel", "reflection", lambda b: b.reflection.kind == "glass"),
+    ("dispersion-rgb", "reflection", lambda b: b.reflection.dispersion is not None),
+    ("ward-exponent", "ward_brdf", lambda b: b.reflection.kind == "ward"),
+    ("phong-cosine", "phong_brdf", lambda b: b.reflection.kind == "phong"),
+    ("texture", "texture", ALWAYS),
+)
+"""The same of an object."""
+
+
+def differences(target, table, dialect):
+    """Name the rows of the table of dialects at the lines that touch them."""
+    for id, field, applies in table:
+        if applies(target):
+            target.source.remark(field, note(id, dialect))
+
+
+def account(document, dialect):
+    """Set the outcome of every line that the translation itself does not account for.
+
+    Args:
+        document: the document; its line reports are changed.
+        dialect: `manual` or `prender`, for the notes on where the two differ.
+    """
+    differences(document, DOCUMENT_DIFFERENCES, dialect)
     for field, applies, outcome, text in DOCUMENT_ROWS:
         if applies(document):
             document.source.becomes(field, outcome, text)
@@ -116,6 +153,7 @@ def account(document):
     for block in document.gravity:
         block.source.whole("unsupported", GRAVITY)
     for block in document.objects:
+        differences(block, OBJECT_DIFFERENCES, dialect)
         for field, applies, outcome, text in OBJECT_ROWS:
             if applies(block):
                 block.source.becomes(field, outcome, text)

@@ -71,7 +71,7 @@ DIFFERENCES = {
         Difference("luminance-cutoff", "13.4", "default 0, off", "default 0.025", "switch"),
         Difference("gamma", "13.5", "0 is no correction", "0 is 1/2.2", "same"),
         Difference("timelimit", "4", "a time", "hours", "same"),
-        Difference("roulette", "13.2", "silent", "biased dark", "never"),
+        Difference("roulette", "13.2", "unbiased", "biased dark", "never"),
         Difference("mlt", "13.6", "Kelemen et al. 2002", "another mutation", "switch"),
         Difference("erpt", "13.7", "Cline et al. 2005", "broken", "never"),
     )

@@ -87,7 +87,7 @@ def translate(document, dialect="manual", asset_path=()):
     problems = assets.problems() + materials.check(document)
     if problems:
         raise SceneError(document.path, problems)
-    account.account(document)
+    account.account(document, dialect)
     camera.account(document, dialect)
     dispersive = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
     spp = document.sampling * document.supersampling**2

@@ -199,3 +199,36 @@ def test_missing_assets():
         translate(read_text(text, environ={}))
     found = [(p.line, p.kind) for p in caught.value.problems]
     assert found == [(1, "asset"), (3, "asset"), (7, "asset")]
+
+
+LAMP = "OBJECT\nsphere 0 9 0 1\nemission 1 1 1\nreflection diffuse\n\n"
+
+
+@pytest.mark.parametrize(
+    ("id", "text", "line"),
+    [
+        ("roulette", "DEPTH\n3\n", 1),
+        ("ambient", "ENV_LIGHT 1 1 1\n", 1),
+        ("luminance-cutoff", "luminance_cutoff\n1\n", 1),
+        ("several-lights", "nextEventEstimation\n1\n\n" + LAMP * 2, 1),
+        ("glass-fresnel", "OBJECT\nsphere 0 0 0 1\nreflection reflection\n", 3),
+        ("dispersion-rgb", "OBJECT\nsphere 0 0 0 1\nreflection reflection99\n", 3),
+        (
+            "ward-exponent",
+            "OBJECT\nsphere 0 0 0 1\nreflection ward_brdf\nward_brdf 1 1 0.1 0.1\n",
+            4,
+        ),
+        ("phong-cosine", "OBJECT\nsphere 0 0 0 1\nreflection phong_brdf\nphong_brdf 1 1 9\n", 4),
+    ],
+)
+@pytest.mark.parametrize("dialect", ["manual", "prender"])
+def test_a_line_names_the_row_of_the_dialects_that_it_touches(id, text, line, dialect):
+    """Where manual and program differ, the line says so, by the row's id; other lines do not."""
+    reports = translate(read_text(text, environ={}), dialect).document.source.all
+    assert [report.line for report in reports if f"{id}: " in report.note] == [line]
+
+
+def test_one_lamp_is_no_several_lights():
+    text = "nextEventEstimation\n1\n\n" + LAMP
+    reports = translate(read_text(text, environ={})).document.source.all
+    assert not any("several-lights" in report.note for report in reports)
