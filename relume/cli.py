@@ -172,7 +172,7 @@ def compare(scene, out, as_json, **options):
     Both sides are rendered many times, so that every error has its interval. The exit status is 0
     if they agree, 4 if they differ and 1 after an error. Ctrl-C keeps the runs so far.
     """
-    from relume import compare_table, comparing
+    from relume.workbench import compare_table, comparing
 
     with readable_errors():
         found = comparing.run(scene, out, Console(stderr=True), **options)

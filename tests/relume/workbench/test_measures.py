@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from relume import measures
-from relume.statistics import Estimate, Level, Runs
+from relume.workbench import measures
+from relume.workbench.statistics import Estimate, Level, Runs
 
 
 def known(mean, variance):

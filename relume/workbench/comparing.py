@@ -16,13 +16,13 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import translator
-from relume import measures, statistics
 from relume.application import other_integrator, prepared, read, resized
-from relume.compare_page import page
-from relume.comparison import FALSE_ALARMS, Comparison, Side
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
 from relume.session import CannotRender, Session, reason, variant
+from relume.workbench import measures, statistics
+from relume.workbench.compare_page import page
+from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
 
 RUNS = 32
 FEWEST_RUNS = 8

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relume import llvm, measures, statistics
+from relume import llvm
 from relume.doctor import PACKAGES
+from relume.workbench import measures, statistics
 
 FALSE_ALARMS = 0.01
 """How often two methods of the same expectation are told to differ."""

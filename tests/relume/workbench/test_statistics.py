@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from relume import statistics
-from relume.statistics import Level, Runs
+from relume.workbench import statistics
+from relume.workbench.statistics import Level, Runs
 
 RATE = 0.01
 RERUNS = 200

@@ -14,9 +14,9 @@ import re
 import numpy as np
 from PIL import Image
 
-from relume import measures, statistics
-from relume.compare_table import explanations, tables
 from relume.output import encode_display
+from relume.workbench import measures, statistics
+from relume.workbench.compare_table import explanations, tables
 
 HALF_MAX = 65504.0
 

@@ -3,7 +3,7 @@
 from rich.table import Table
 from rich.text import Text
 
-from relume.comparison import decimals
+from relume.workbench.comparison import decimals
 
 
 def tables(report):

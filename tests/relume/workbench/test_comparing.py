@@ -12,10 +12,11 @@ import pytest
 from click.testing import CliRunner
 
 import relume
-from relume import comparing, output
+from relume import output
 from relume.application import CannotRender
 from relume.cli import main
-from relume.compare_page import page
+from relume.workbench import comparing
+from relume.workbench.compare_page import page
 
 SMALL = {"size": (32, 24), "spp": 64}
 

@@ -1,0 +1,1 @@
+"""The workbench: methods compared, speed charted against accuracy, stability where methods fail."""
