@@ -170,12 +170,26 @@ def prepared(translation, seed=0, integrator=None, wanted=None):
     """
     if seed < 0:
         raise ValueError(f"seed {seed}: expected 0 or more")
-    name = usable_variant(translation.plan, wanted)
-    with variant(name):
-        use_threads(translation.document.thread)
+    with ready(translation, wanted):
         scene = loaded(translation)
         chosen = integrator and other_integrator(integrator, translation)
         yield Session(scene, translation.plan.spp, seed, chosen)
+
+
+@contextmanager
+def ready(translation, wanted=None):
+    """Context in which the variant and the threads of a translated scene are set.
+
+    Args:
+        translation: the translated scene.
+        wanted: variant instead of the planned one.
+
+    Raises:
+        CannotRender: the variant does not work here.
+    """
+    with variant(usable_variant(translation.plan, wanted)):
+        use_threads(translation.document.thread)
+        yield
 
 
 def loaded(translation):
@@ -196,17 +210,33 @@ def other_integrator(name, translation):
     Raises:
         CannotRender: there is no such integrator.
     """
-    planned = translation.scene["integrator"]
+    return mi.load_dict(integrator_entry(name, translation.scene["integrator"]))
+
+
+def integrator_entry(name, planned):
+    """The dictionary of an integrator by its plugin id; a variant must be set.
+
+    Args:
+        name: plugin id.
+        planned: dictionary of the integrator that has the scene's path depths.
+
+    Returns:
+        A dictionary with these depths, as far as the integrator takes them.
+
+    Raises:
+        CannotRender: there is no such integrator.
+    """
     depths = {"max_depth": -1, "rr_depth": planned.get("rr_depth", 5)}
     errors = []
     for parameters in (depths, {"max_depth": -1}, {}):
+        entry = {"type": name} | parameters
         try:
-            made = mi.load_dict({"type": name} | parameters)
+            made = mi.load_dict(entry)
         except RuntimeError as error:
             errors.append(reason(error))
             continue
         if isinstance(made, mi.Integrator):
-            return made
+            return entry
         errors.append("it is no integrator")
         break
     raise CannotRender(f"integrator '{name}': {errors[-1]}")

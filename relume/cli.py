@@ -153,6 +153,7 @@ def convert(scene, out, as_python, dialect, asset_path):
     metavar="ID|FILE",
     help="The reference: an integrator plugin, or a linear picture (.exr .hdr).",
 )
+@click.option("--integrator", metavar="ID", help="The first side, instead of the planned one.")
 @click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
 @click.option("--size", type=Size(), help="Size of the picture.")
 @click.option(

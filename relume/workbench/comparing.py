@@ -6,7 +6,6 @@ tests of `statistics.all_levels` rejects (whole picture, blocks, pixels, togethe
 of false alarms) or a value is no finite number, else `agree`.
 """
 
-import dataclasses
 import shlex
 import time
 from pathlib import Path
@@ -16,11 +15,11 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import translator
-from relume.application import other_integrator, prepared, read, resized
+from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
 from relume.session import CannotRender, Session, reason, variant
-from relume.workbench import measures, statistics
+from relume.workbench import measures, methods, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
 
@@ -72,6 +71,7 @@ def compare(
     scene,
     *,
     with_="volpath",
+    integrator=None,
     size=None,
     spp=None,
     runs=RUNS,
@@ -83,9 +83,10 @@ def compare(
     """Compare a scene's picture with that of another integrator, or with a picture.
 
     Args:
-        scene: the scene file; rendered by the integrator that is planned for it.
-        with_: plugin id of an integrator, which gets the same scene, depths and number of samples;
-            or a linear picture, .exr or .hdr. It is the reference.
+        scene: the scene file.
+        with_: a method (see `methods`), which gets the same scene, depths and number of samples; or
+            a linear picture, .exr or .hdr. It is the reference.
+        integrator: the method of the first side; None for what is planned for the scene.
         size: (width, height) instead of the scene's; that of the picture if there is one.
         spp: samples of a pixel of each side in all its runs together, rounded up to a multiple of
             `runs`; by default the scene's.
@@ -106,6 +107,8 @@ def compare(
     """
     if runs < FEWEST_RUNS:
         raise ValueError(f"runs {runs}: expected {FEWEST_RUNS} or more")
+    if seed < 0:
+        raise ValueError(f"seed {seed}: expected 0 or more")
     picture = load_picture(with_) if Path(with_).suffix else None
     if picture is not None:
         of_picture = (picture.shape[1], picture.shape[0])
@@ -117,17 +120,21 @@ def compare(
         spp = document.sampling * document.supersampling**2
     each = -(-spp // runs)
     # Translated for all samples: what depends on their number must be that of one long render.
-    translation = translator.translate(resized(document, size, each * runs), dialect, asset_path)
+    document = resized(document, size, each * runs)
+    translation = translator.translate(document, dialect, asset_path)
     plan = translation.plan
-    with prepared(translation, seed) as session:
-        methods = [(plan.integrator, session.integrator)]
-        if picture is None:
-            methods.append((with_, in_place_of_planned(with_, translation)))
-        sides = render_in_turn(session.scene, methods, each, runs, seed, watch)
+    planned = methods.planned(translation)
+    first = planned if integrator is None else methods.find(integrator)
+    wanted = [first] if picture is not None else [first, methods.find(with_)]
+    with ready(translation):
+        stage = methods.Stage(document, translation, dialect, asset_path)
+        loaded = [(method.name, *stage.load(method)) for method in wanted]
+        sides = render_in_turn(loaded, each, runs, seed, watch)
     if picture is not None:
         sides.append(picture_side(with_, picture, sides[0].estimate))
     settings = {
         "scene": str(scene),
+        "integrator": first.name,
         "with": str(with_),
         "size": [plan.width, plan.height],
         "spp": each * sides[0].runs,
@@ -144,12 +151,11 @@ def compare(
     return Comparison(tuple(sides), scores, flip, settings)
 
 
-def render_in_turn(scene, methods, spp, runs, seed, watch=None):
-    """Render a scene by several integrators, run by run.
+def render_in_turn(methods, spp, runs, seed, watch=None):
+    """Render by several methods, run by run.
 
     Args:
-        scene: `mi.Scene`.
-        methods: pairs of a name and an `mi.Integrator`.
+        methods: triples of a name, an `mi.Scene` and an `mi.Integrator`.
         spp: samples of a pixel in a run.
         runs: number of runs.
         seed: as `compare`.
@@ -161,7 +167,7 @@ def render_in_turn(scene, methods, spp, runs, seed, watch=None):
     taken = [statistics.Runs() for _ in methods]
     seconds = [[] for _ in methods]
     for run in range(runs):
-        for side, (_, integrator) in enumerate(methods):
+        for side, (_, scene, integrator) in enumerate(methods):
             start = time.perf_counter()
             # 64 bits of the seed's own sequence: no two runs share one.
             own = np.random.SeedSequence((seed, side, run)).generate_state(1, np.uint64)
@@ -176,32 +182,8 @@ def render_in_turn(scene, methods, spp, runs, seed, watch=None):
         raise CannotRender(f"stopped after {run + 1} runs; {FEWEST_RUNS} are needed for a verdict")
     return [
         Side(name, t.estimate(), t.count, tuple(s), t.not_finite, t.negative)
-        for (name, _), t, s in zip(methods, taken, seconds, strict=True)
+        for (name, *_), t, s in zip(methods, taken, seconds, strict=True)
     ]
-
-
-def in_place_of_planned(name, translation):
-    """An integrator in the place of the planned path tracer, inside what the plan wraps around it.
-
-    Args:
-        name: plugin id.
-        translation: the translated scene.
-
-    Raises:
-        CannotRender: there is no such integrator, or it cannot be wrapped.
-    """
-    wrappers, inner = [], translation.scene["integrator"]
-    while "integrator" in inner:
-        wrappers.append(inner)
-        inner = inner["integrator"]
-    scene = translation.scene | {"integrator": inner}
-    made = other_integrator(name, dataclasses.replace(translation, scene=scene))
-    try:
-        for wrapper in reversed(wrappers):
-            made = mi.load_dict(wrapper | {"integrator": made})
-    except RuntimeError as error:
-        raise CannotRender(f"integrator '{name}': {reason(error)}") from None
-    return made
 
 
 def load_picture(path):
@@ -233,7 +215,8 @@ def picture_side(name, picture, other):
 
 def command_line(settings, asset_path):
     """The command that gives this comparison."""
-    words = ["relume", "compare", settings["scene"], "--with", settings["with"]]
+    words = ["relume", "compare", settings["scene"], "--integrator", settings["integrator"]]
+    words += ["--with", settings["with"]]
     words += ["--size", "{}x{}".format(*settings["size"])]
     for name in ("spp", "runs", "seed", "dialect"):
         words += [f"--{name}", str(settings[name])]

@@ -116,7 +116,7 @@ def test_the_other_integrator_gets_what_the_plan_wraps_around_the_planned(room):
     scene = room("sensor_response\n0.5")
     found = comparing.compare(scene, **SMALL)
     assert found.agree, found.verdict()
-    assert [side.name for side in found.sides] == ["sensorresponse", "volpath"]
+    assert [side.name for side in found.sides] == ["path", "volpath"]
 
 
 # ---- what is rendered
@@ -231,8 +231,8 @@ def test_shape_of_the_json(invoke, room):
     result = invoke(room(), "--size", "16x12", "--spp", "32", "--json", "-o", "deep/page.html")
     report = json.loads(result.stdout)
     assert list(report) == [
-        "verdict", "text", "scene", "with", "size", "spp", "runs", "seed", "dialect", "variant",
-        "command", "notes", "false_alarms", "confidence", "sides", "energy", "rel_mse",
+        "verdict", "text", "scene", "integrator", "with", "size", "spp", "runs", "seed", "dialect",
+        "variant", "command", "notes", "false_alarms", "confidence", "sides", "energy", "rel_mse",
         "rel_mse_debiased", "flip", "tests", "most", "versions",
     ]  # fmt: skip
     for side in report["sides"]:

@@ -1,0 +1,207 @@
+"""The table of methods that the workbench measures, and what each of them renders.
+
+A method is an integrator in the place of the planned path tracer, inside what the plan wraps around
+it (`sensorresponse`, `shadowcatching`). It may also change what is rendered: the document before it
+is translated, such as another model of its subsurface objects, or the translated scene, such as a
+stock BSDF instead of our own. A new method is a row of `METHODS`; any other integrator that Mitsuba
+knows is a method by its plugin id.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mitsuba as mi
+
+import translator
+from relume.application import integrator_entry, loaded
+from relume.session import CannotRender, reason
+from translator.neutral import to_mitsuba
+from translator.plan import plugin_types
+
+MEDIA = {"homogeneous", "heterogeneous"}
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to render a scene.
+
+    Attributes:
+        name: as the command line takes it and charts show it.
+        integrator: from the dictionary of the planned innermost integrator to that of this method;
+            called with the variant set.
+        unbiased: whether its expectation is the scene's picture, so that it may make references.
+        obstacle: from a `Translation` to the reason why it cannot render that; empty if it can.
+        document: from a `Document` to the one to be translated instead, or None.
+        scene: from the translated scene's dictionary to another one, or None.
+    """
+
+    name: str
+    integrator: Callable[[dict], dict]
+    unbiased: bool = True
+    obstacle: Callable[[translator.Translation], str] = lambda translation: ""
+    document: Callable | None = None
+    scene: Callable[[dict], dict] | None = None
+
+
+def tracer(kind, **parameters):
+    """An integrator of type `kind` with the planned depths and parameters of its own."""
+
+    def integrator(planned):
+        depths = {"max_depth": planned.get("max_depth", -1), "rr_depth": planned.get("rr_depth", 5)}
+        return {"type": kind} | depths | parameters
+
+    return integrator
+
+
+def has_medium(translation):
+    """Whether a scene has a participating medium."""
+    return bool(plugin_types(translation.scene) & MEDIA)
+
+
+def without_medium(translation):
+    """The obstacle of methods that know no media."""
+    return "it knows no participating media" if has_medium(translation) else ""
+
+
+def with_medium(translation):
+    """The obstacle of methods that only media need."""
+    return "" if has_medium(translation) else "the scene has no participating medium"
+
+
+def with_dispersion(translation):
+    """The obstacle of methods that only dispersive glass needs."""
+    spectral = "spectral" in translation.plan.variant
+    return "" if spectral else "nothing in the scene is dispersive"
+
+
+def with_plain_glass(translation):
+    """The obstacle of methods that replace `schlickglass` by stock glass of one index."""
+    if "schlickglass" not in translation.plan.plugins:
+        return "the scene has no glass"
+    return "" if with_dispersion(translation) else "stock glass knows no dispersion"
+
+
+def replaced(change):
+    """A scene whose nested dictionaries are what `change` makes of them, innermost first."""
+
+    def scene(value):
+        if not isinstance(value, dict):
+            return value
+        return change({key: scene(item) for key, item in value.items()})
+
+    return scene
+
+
+def stock_glass(entry):
+    """`dielectric`, with Fresnel's own formulas, instead of `schlickglass`."""
+    return entry | {"type": "dielectric"} if entry.get("type") == "schlickglass" else entry
+
+
+METHODS = (
+    Method("path", tracer("path"), obstacle=without_medium),
+    Method("volpath", tracer("volpath")),
+    Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
+    Method("dispersivepath", tracer("dispersivepath"), obstacle=with_dispersion),
+    Method(
+        "path+dielectric",
+        tracer("path"),
+        unbiased=False,
+        obstacle=with_plain_glass,
+        scene=replaced(stock_glass),
+    ),
+)
+"""All methods; the command line, charts and studies take them from here."""
+
+
+def find(name):
+    """The method of a name: a row of `METHODS`, or the integrator of that plugin id.
+
+    Of an integrator that has no row nothing is known: it counts as biased.
+    """
+    for row in METHODS:
+        if row.name == name:
+            return row
+    return Method(name, lambda planned: integrator_entry(name, planned), unbiased=False)
+
+
+def methods_for(translation):
+    """The rows of `METHODS` that can render a scene."""
+    return [row for row in METHODS if not row.obstacle(translation)]
+
+
+def planned(translation):
+    """The method that the plan chose."""
+    return find(innermost(translation.scene["integrator"])["type"])
+
+
+def innermost(integrator):
+    """The dictionary of the integrator that all others are wrapped around."""
+    while "integrator" in integrator:
+        integrator = integrator["integrator"]
+    return integrator
+
+
+def with_innermost(integrator, other):
+    """An integrator's dictionary with another innermost one."""
+    if "integrator" not in integrator:
+        return other
+    return integrator | {"integrator": with_innermost(integrator["integrator"], other)}
+
+
+class Stage:
+    """A document, loaded for one method after the other; equal scenes are loaded once.
+
+    The variant of the plan must be set.
+
+    Args:
+        document: the document.
+        translation: its translation.
+        dialect: `manual` or `prender`.
+        asset_path: folders of its files.
+    """
+
+    def __init__(self, document, translation, dialect="manual", asset_path=()):
+        self.document = document
+        self.translation = translation
+        self.dialect = dialect
+        self.asset_path = asset_path
+        self._loaded = {}
+
+    def translated(self, method):
+        """The translation as a method renders it.
+
+        Raises:
+            CannotRender: there is no such integrator, or the method needs another variant.
+            SceneError: a changed document cannot be translated.
+        """
+        result = self.translation
+        if method.document is not None:
+            changed = method.document(self.document)
+            result = translator.translate(changed, self.dialect, self.asset_path)
+            if result.plan.variant != self.translation.plan.variant:
+                raise CannotRender(f"{method.name} needs the variant {result.plan.variant}")
+        scene = method.scene(result.scene) if method.scene else result.scene
+        own = method.integrator(innermost(scene["integrator"]))
+        integrator = with_innermost(scene["integrator"], own)
+        return dataclasses.replace(result, scene=scene | {"integrator": integrator})
+
+    def load(self, method):
+        """The scene and the integrator of a method, loaded.
+
+        Returns:
+            `mi.Scene` and `mi.Integrator`.
+
+        Raises:
+            CannotRender: the integrator does not exist or cannot be wrapped, or Mitsuba does not
+                take the scene; and what `translated` raises.
+        """
+        translation = self.translated(method)
+        try:
+            integrator = mi.load_dict(to_mitsuba(translation.scene["integrator"]))
+        except RuntimeError as error:
+            raise CannotRender(f"integrator '{method.name}': {reason(error)}") from None
+        key = (method.document, method.scene)
+        if key not in self._loaded:
+            self._loaded[key] = loaded(translation)
+        return self._loaded[key], integrator

@@ -1,0 +1,98 @@
+"""The table of methods: what can render what, and what a method puts in the place of the plan's."""
+
+import dataclasses
+
+import mitsuba as mi
+import pytest
+
+import relume
+import translator
+from relume.application import ready
+from relume.session import CannotRender
+from relume.workbench import methods
+
+
+@pytest.fixture
+def staged(room):
+    """A function that yields nothing but the stage of a room, its variant set."""
+    before = mi.variant()
+
+    def make(settings="", objects=""):
+        document = relume.read(room(settings, objects=objects))
+        return methods.Stage(document, translator.translate(document))
+
+    yield make
+    if before:
+        mi.set_variant(before)
+
+
+GLASS_BALL = "OBJECT\nsphere 0 1 3 1\ncolor 1 1 1\nreflection reflection\nrefractive_index 1.5\n"
+PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
+
+
+def names(stage):
+    return [row.name for row in methods.methods_for(stage.translation)]
+
+
+def test_each_scene_gets_the_methods_that_can_render_it(staged):
+    assert names(staged()) == ["path", "volpath"]
+    assert names(staged(objects=GLASS_BALL)) == ["path", "volpath", "path+dielectric"]
+    assert names(staged(objects=PRISM)) == ["path", "volpath", "dispersivepath"]
+    medium = {"type": "homogeneous"}
+    stage = staged()
+    foggy = dataclasses.replace(
+        stage.translation, scene=stage.translation.scene | {"box": {"interior": medium}}
+    )
+    assert [row.name for row in methods.methods_for(foggy)] == ["volpath", "volpathmis"]
+
+
+def test_names_are_unique_and_found():
+    rows = methods.METHODS
+    assert len({row.name for row in rows}) == len(rows)
+    assert all(methods.find(row.name) is row for row in rows)
+
+
+def test_an_integrator_without_a_row_is_a_method_of_unknown_bias(staged):
+    stage = staged()
+    depth = methods.find("depth")
+    with ready(stage.translation):
+        assert not depth.unbiased and "Depth" in stage.load(depth)[1].class_name()
+        with pytest.raises(CannotRender, match="integrator 'nope'"):
+            stage.load(methods.find("nope"))
+
+
+def test_wrappers_stay_around_another_method(staged):
+    """`luminance_cutoff` wraps the integrator: any method must stay inside."""
+    stage = staged("luminance_cutoff\n0.5")
+    planned = stage.translation.scene["integrator"]
+    assert planned["type"] == "sensorresponse" and methods.planned(stage.translation).name == "path"
+    with ready(stage.translation):
+        made = stage.translated(methods.find("volpath")).scene["integrator"]
+    assert made["type"] == "sensorresponse"
+    assert made["luminance_limit"] == planned["luminance_limit"]
+    assert made["integrator"] == planned["integrator"] | {"type": "volpath"}
+
+
+def test_methods_that_do_not_change_the_scene_share_it(staged):
+    stage = staged(objects=GLASS_BALL)
+    with ready(stage.translation):
+        path, volpath, stock = (
+            stage.load(methods.find(name))[0] for name in ("path", "volpath", "path+dielectric")
+        )
+    assert path is volpath and path is not stock
+    ids = [str(scene) for scene in (path, stock)]
+    assert "SmoothDielectric" not in ids[0] and "SmoothDielectric" in ids[1]
+
+
+def test_a_method_may_render_another_document(staged):
+    """Such as another model of its subsurface objects; here: without its last object."""
+
+    def emptied(document):
+        return dataclasses.replace(document, objects=document.objects[:2])
+
+    stage = staged()
+    row = dataclasses.replace(methods.find("path"), name="fewer", document=emptied)
+    with ready(stage.translation):
+        scene, _ = stage.load(row)
+        whole, _ = stage.load(methods.find("path"))
+    assert len(scene.shapes()) == 2 and len(whole.shapes()) == 4
