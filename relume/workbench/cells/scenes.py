@@ -1,0 +1,70 @@
+"""Scene texts for cells, written in short."""
+
+PATHS = ("path", "volpath", "dispersivepath")
+"""Integrators that must agree on every scene without media."""
+
+SIDE = 16
+"""Pixels along a side of a cell's picture."""
+
+
+def numbers(*values):
+    """Numbers as the scene language reads them, to the last digit of double precision."""
+    return " ".join(f"{float(x):.17g}" for x in values)
+
+
+def text(*objects, camera, target=(0, 0, 0), angle=10.0, up=(0, 1, 0), depth=8, **keywords):
+    """A scene file.
+
+    Args:
+        objects: texts of objects, from `thing`.
+        camera: position of the camera.
+        target: point that it looks at.
+        angle: field of view [degree].
+        up: up direction.
+        depth: depth after which roulette sets in.
+        keywords: further keywords of the scene with the text of their values.
+    """
+    lines = {
+        "IMAGE": f"{SIDE} {SIDE}",
+        "SAMPLING": "1",
+        "SUPERSAMPLING": "1",
+        "DEPTH": numbers(depth),
+        "CAMERA_POS": numbers(*camera),
+        "TARGET_POS": numbers(*target),
+        "CAMERA_UPVEC": numbers(*up),
+        "CAMERA_ANGLE": numbers(angle),
+    } | keywords
+    head = "".join(f"{name}\n{values}\n\n" for name, values in lines.items())
+    return head + "\n".join(objects)
+
+
+def thing(shape, *attributes):
+    """An `OBJECT` block of a shape line and attribute lines."""
+    return "\n".join(["OBJECT", shape, *attributes, ""])
+
+
+def sphere(center, radius, *attributes):
+    """A sphere."""
+    return thing(f"sphere {numbers(*center, radius)}", *attributes)
+
+
+def uvplane(corner, u, v, *attributes):
+    """A parallelogram."""
+    return thing(
+        f"uvplane {numbers(*corner)}", f"U {numbers(*u)}", f"V {numbers(*v)}", *attributes
+    )
+
+
+def plane(point, normal, *attributes):
+    """An infinite plane."""
+    return thing(f"plane {numbers(*point)}", f"normal {numbers(*normal)}", *attributes)
+
+
+def diffuse(albedo):
+    """Attributes of a Lambertian surface."""
+    return (f"color {numbers(albedo, albedo, albedo)}", "reflection diffuse")
+
+
+def emission(radiance):
+    """Attribute of a light."""
+    return f"emission {numbers(radiance, radiance, radiance)}"

@@ -1,0 +1,77 @@
+"""Sizes and places: radii, scales and distances from the origin that single precision may not bear.
+"""
+
+from relume.workbench.cells.scenes import PATHS, diffuse, emission, plane, sphere, text, uvplane
+from relume.workbench.stability_cells import Case, family
+
+SCALES = (1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6)
+RADII = (1e-4, *SCALES)
+OFFSETS = (0, 1, 10, 100, 1e3, 1e4, 1e5, 1e6)
+WHITE_SKY = "1 1 1"
+
+
+@family("radius [scene unit]", RADII, *PATHS)
+def grey_ball(radius):
+    """A ball of albedo 1/2 under a sky of radiance 1 has radiance 1/2: no ray that leaves a convex
+    body meets it again."""
+    ball = sphere((0, 0, 0), radius, *diffuse(0.5))
+    return Case(text(ball, camera=(0, 0, 3 * radius), BACKGROUND=WHITE_SKY), 0.5)
+
+
+@family("radius [scene unit]", RADII, *PATHS)
+def shining_hollow_ball(radius):
+    """Inside a sphere of albedo 1/2 that emits 1 the radiance is L = 1 + L / 2 = 2."""
+    ball = sphere((0, 0, 0), radius, *diffuse(0.5), emission(1))
+    return Case(text(ball, camera=(0, 0, 0.1 * radius), angle=60), 2.0)
+
+
+def shining_box(scale, offset):
+    """A cube of six parallelograms around the origin, moved by `offset` along every axis."""
+    low, high = offset - scale, offset + scale
+    edges = [tuple(2 * scale * (k == axis) for k in range(3)) for axis in range(3)]
+    x, y, z = edges
+    grey = (*diffuse(0.5), emission(1))
+    # Each U x V points inwards.
+    return [
+        uvplane((low, low, low), x, y, *grey),
+        uvplane((low, low, high), y, x, *grey),
+        uvplane((low, low, low), y, z, *grey),
+        uvplane((high, low, low), z, y, *grey),
+        uvplane((low, low, low), z, x, *grey),
+        uvplane((low, high, low), x, z, *grey),
+    ]
+
+
+@family("half side [scene unit]", RADII, *PATHS)
+def shining_box_by_size(scale):
+    """Inside a closed cube of albedo 1/2 that emits 1 the radiance is L = 1 + L / 2 = 2."""
+    return Case(text(*shining_box(scale, 0), camera=(0, 0, scale / 2), angle=60), 2.0)
+
+
+@family("distance from the origin along each axis, half side 1", OFFSETS, *PATHS)
+def shining_box_by_place(offset):
+    """Inside a closed cube of albedo 1/2 that emits 1 the radiance is L = 1 + L / 2 = 2."""
+    here = (offset, offset, offset)
+    camera = (offset, offset, offset + 0.5)
+    return Case(text(*shining_box(1, offset), camera=camera, target=here, angle=60), 2.0)
+
+
+def lit_floor(scale, offset):
+    """A floor under a sphere lamp, its foot seen from aside; all lengths times `scale`."""
+    at = lambda *p: tuple(offset + scale * x for x in p)  # noqa: E731
+    floor = plane(at(0, 0, 0), (0, 1, 0), *diffuse(0.5))
+    lamp = sphere(at(0, 4, 0), 0.5 * scale, emission(64), "color 0 0 0", "reflection diffuse")
+    return text(floor, lamp, camera=at(0, 1, 3), target=at(0, 0, 0), angle=0.5)
+
+
+@family("size of the scene over 5 [scene unit]", RADII, *PATHS)
+def lit_floor_by_size(scale):
+    """A sphere lamp of radiance L and radius R at the height h gives a floor of albedo rho below it
+    the irradiance pi L (R/h)², so its foot has the radiance rho L (R/h)² = 1/2."""
+    return Case(lit_floor(scale, 0), 0.5)
+
+
+@family("distance from the origin along each axis, size 5", OFFSETS, *PATHS)
+def lit_floor_by_place(offset):
+    """As lit floor by size: rho L (R/h)² = 1/2."""
+    return Case(lit_floor(1, offset), 0.5)

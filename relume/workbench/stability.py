@@ -1,0 +1,169 @@
+"""`relume stability`: every method at the inputs where it may fail, against known answers.
+
+A cell (see `stability_cells`, which tells how to add one) is rendered by `RUNS` independent runs;
+if these cannot see an error of `stability_verdict.WANTED`, by more, up to `MOST_SAMPLES`. When to
+stop depends on the scatter alone. A failure that nothing says, neither a note of the translation
+nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
+"""
+
+import time
+import tempfile
+import warnings
+import zlib
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+import translator
+from relume.application import other_integrator, prepared
+from relume.session import CannotRender, Session, reason, use_threads, variant
+from relume.workbench.stability_cells import all_cells
+from relume.workbench.stability_verdict import WANTED, Measurement, Tally
+from translator.diagnostics import SceneError
+
+RUNS = 16
+"""Independent renders of a cell, at least."""
+
+MOST_SAMPLES = 2**22
+"""Samples of a cell after which no run is added."""
+
+PRECISION = "single precision"
+"""Words of a note that says where the numbers of the renderer end."""
+
+
+def chosen(methods=(), patterns=()):
+    """The cells of the given methods whose name matches one of the patterns.
+
+    Args:
+        methods: plugin ids; all if none is given.
+        patterns: of a cell's name without the method, as `fnmatch` knows them; all if none.
+
+    Raises:
+        ValueError: a method without cells, or nothing matches.
+    """
+    cells = all_cells()
+    known = {cell.method for cell in cells}
+    if unknown := sorted(set(methods) - known):
+        raise ValueError(
+            f"method '{unknown[0]}' has no cells; those that have: {', '.join(sorted(known))}"
+        )
+    found = [
+        cell
+        for cell in cells
+        if (not methods or cell.method in methods)
+        and (not patterns or any(fnmatchcase(f"{cell.family.name}/{cell.at}", p) for p in patterns))
+    ]
+    if not found:
+        raise ValueError(f"no cell matches {', '.join(patterns)}")
+    return found
+
+
+def measure(cell, seed=0):
+    """Measure one cell.
+
+    Args:
+        cell: `stability_cells.Cell`.
+        seed: non-negative integer; the same seed gives the same measurement.
+
+    Returns:
+        `stability_verdict.Measurement`.
+    """
+    case = cell.family.make(cell.value)
+    render = _rendered_text if isinstance(case.scene, str) else _rendered_dictionary
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            return render(case, cell, (seed, zlib.crc32(cell.name.encode())), caught)
+        except (SceneError, CannotRender, ValueError) as error:
+            said = error.described() if isinstance(error, SceneError) else [str(error)]
+            return Measurement(said="; ".join(said), refused=True)
+
+
+def _rendered_text(case, cell, seed, caught):
+    document = translator.read_text(case.scene, cell.name, {})
+    with tempfile.TemporaryDirectory() as folder:
+        for name, pixels in case.files.items():
+            mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
+        translation = translator.translate(document, asset_path=(folder,))
+        with prepared(translation) as session:
+            integrator = None
+            if is_integrator(cell.method):
+                integrator = other_integrator(cell.method, translation)
+            notes = [
+                report.note
+                for report in translation.document.source.all
+                if report.outcome == "unsupported" or PRECISION in report.note
+            ]
+            return _measured(session.scene, integrator, case, seed, (notes, caught))
+
+
+def _rendered_dictionary(case, cell, seed, caught):
+    with variant(case.variant):
+        use_threads(None)
+        entries = dict(case.scene)
+        if is_integrator(cell.method):
+            entries["integrator"] = entries.get("integrator", {}) | {"type": cell.method}
+        try:
+            scene = mi.load_dict(entries)
+        except RuntimeError as error:
+            raise CannotRender(reason(error)) from error
+        return _measured(scene, None, case, seed, ([], caught))
+
+
+def is_integrator(method):
+    """Whether a plugin id is that of an integrator; a variant must be set."""
+    try:
+        return isinstance(mi.load_dict({"type": method}), mi.Integrator)
+    except RuntimeError:
+        return False
+
+
+def _measured(scene, integrator, case, seed, said):
+    """The `Measurement` of a loaded scene; `said` are notes and the list of caught warnings."""
+    scale = np.max(case.expected) if case.scale is None else case.scale
+    tally = Tally(case.expected, scale)
+    start = time.perf_counter()
+    wanted = RUNS
+    while True:
+        for run in range(tally.runs.count, wanted):
+            own = np.random.SeedSequence((*seed, run)).generate_state(1, np.uint64)
+            session = Session(scene, case.spp, int(own[0]), integrator)
+            for _ in session.run():
+                pass
+            tally.add(session.image())
+        notes, caught = said
+        found = tally.measurement(
+            samples=tally.runs.count * case.spp * session.width * session.height,
+            seconds=time.perf_counter() - start,
+            said="; ".join([*notes, *(str(warning.message) for warning in caught)]),
+        )
+        if found.sees <= WANTED or found.samples >= MOST_SAMPLES or found.not_finite:
+            return found
+        # The variance of a mean falls with the number of runs.
+        ratio = (found.sees / WANTED) ** 2
+        wanted = int(wanted * min(max(1.3, 1.1 * ratio), 1.05 * MOST_SAMPLES / found.samples)) + 1
+
+
+def report(cell, found):
+    """A cell and its measurement as JSON values."""
+    return {
+        "method": cell.method,
+        "family": cell.family.name,
+        "quantity": cell.family.quantity,
+        "at": cell.at,
+        "answer": cell.family.answer,
+        "verdict": found.verdict,
+        "text": found.text(),
+        "silent": found.silent,
+        "said": found.said,
+        "error": found.error,
+        "half_width": found.half_width,
+        "sees": found.sees,
+        "not_finite": found.not_finite,
+        "negative": found.negative,
+        "firefly": found.firefly,
+        "samples": found.samples,
+        "seconds": found.seconds,
+    }

@@ -1,0 +1,133 @@
+"""From the runs of a cell to its verdict: `exact`, `degrades` or `fails`.
+
+The error is that of the picture's mean radiance, in units of the known answer; its noise interval
+comes from the scatter of independent runs. A cell is
+
+- `exact` where the error lies within its noise, or below `NEGLIGIBLE`, and an error above `WANTED`
+  would have been seen;
+- `fails` where a value is not finite or below 0, where the error is significant and above `LIMIT`,
+  and where the scene is refused;
+- `degrades` else: by an error up to `LIMIT`, or by noise that hides errors above `WANTED`.
+
+An exact method is told to be anything else with the probability `FALSE_ALARMS` for each cell.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relume.workbench import statistics
+
+FALSE_ALARMS = 1e-3
+"""How often the error of an exact method lies outside its interval."""
+
+POWER = 0.95
+"""Probability with which an error of the size `sees` is found."""
+
+NEGLIGIBLE = 1e-3
+"""Error that counts as none: rounding, and answers that hold in a limit."""
+
+WANTED = 0.01
+"""Smallest error that a cell should be able to see."""
+
+LIMIT = 0.05
+"""Error above which a method fails."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What was measured of a cell.
+
+    Attributes:
+        error: relative error of the mean of that channel where it is most significant.
+        half_width: of its interval, at the level 1 - `FALSE_ALARMS` for all channels together.
+        sees: smallest error that is found with probability `POWER`.
+        not_finite, negative: shares of the values of all runs.
+        firefly: largest pixel of any run, in units of the answer.
+        samples: number of samples.
+        seconds: time of the runs.
+        said: what the translation, a warning or the refusal says of it; empty if nothing.
+        refused: whether the scene was not rendered at all.
+    """
+
+    error: float = 0.0
+    half_width: float = 0.0
+    sees: float = NEGLIGIBLE
+    not_finite: float = 0.0
+    negative: float = 0.0
+    firefly: float = 0.0
+    samples: int = 0
+    seconds: float = 0.0
+    said: str = ""
+    refused: bool = False
+
+    @property
+    def verdict(self):
+        """`exact`, `degrades` or `fails`."""
+        if self.refused or self.not_finite or self.negative:
+            return "fails"
+        if abs(self.error) > max(self.half_width, NEGLIGIBLE):
+            return "fails" if abs(self.error) > LIMIT else "degrades"
+        return "exact" if self.sees <= WANTED else "degrades"
+
+    @property
+    def silent(self):
+        """Whether it fails and nothing says so."""
+        return self.verdict == "fails" and not self.said
+
+    def text(self):
+        """The verdict in words."""
+        if self.refused:
+            return "fails: refused"
+        if self.not_finite or self.negative:
+            kinds = ((self.not_finite, "not finite"), (self.negative, "negative"))
+            return "fails: " + ", ".join(f"{share:.2g} {kind}" for share, kind in kinds if share)
+        interval = f"{100 * self.error:+.2g} % ± {100 * self.half_width:.1g} %"
+        if self.verdict == "exact":
+            return f"exact: {interval}"
+        if abs(self.error) <= max(self.half_width, NEGLIGIBLE):
+            return f"degrades: noisy, {interval}"
+        return f"{self.verdict}: {interval}"
+
+
+class Tally:
+    """Collects the runs of a cell.
+
+    Args:
+        expected: known mean, a number or three.
+        scale: radiance in units of which errors are told.
+    """
+
+    def __init__(self, expected, scale):
+        self.expected = np.broadcast_to(np.asarray(expected, float), 3)
+        self.scale = float(scale)
+        self.runs = statistics.Runs()
+        self.largest = 0.0
+        self.values = 0
+
+    def add(self, picture):
+        """Take a picture, (height, width, 3)."""
+        self.runs.add(picture)
+        self.values += picture.size
+        finite = picture[np.isfinite(picture)]
+        self.largest = max(self.largest, float(finite.max(initial=0.0)))
+
+    def measurement(self, **about):
+        """The `Measurement` so far; `about` are its attributes that the runs do not tell."""
+        whole = self.runs.estimate().whole
+        variance, dof = whole.variance.ravel(), whole.dof.ravel()
+        each = -np.expm1(np.log1p(-FALSE_ALARMS) / 3)
+        widths = statistics.half_width(variance, dof, 1 - each)
+        errors = whole.mean.ravel() - self.expected
+        channel = int(np.argmax(np.abs(errors) - widths))
+        half_width = widths[channel] / self.scale
+        missed = statistics.half_width(variance, dof, 2 * POWER - 1)[channel] / self.scale
+        return Measurement(
+            error=float(errors[channel] / self.scale),
+            half_width=float(half_width),
+            sees=float(max(NEGLIGIBLE, half_width + missed)),
+            not_finite=self.runs.not_finite / self.values,
+            negative=self.runs.negative / self.values,
+            firefly=self.largest / self.scale,
+            **about,
+        )
