@@ -5,7 +5,7 @@ PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
 STATE   = { pwd; cat $(PINS); }
 
-.PHONY: setup install demo test lint clean study-materials study-lights study-gallery
+.PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-stability
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -44,6 +44,9 @@ study-lights: setup
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup
 	$(BIN)/python tests/translator/study_gallery.py '$(CORPUS)' --asset-path '$(ASSETS)'
+
+study-stability: setup
+	$(BIN)/relume stability -o docs
 
 clean:
 	rm -rf $(VENV) out build *.egg-info

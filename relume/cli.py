@@ -1,4 +1,4 @@
-"""The command line: `relume check | render | compare | convert | doctor`."""
+"""The command line: `relume check | render | compare | stability | convert | doctor`."""
 
 import json
 import sys
@@ -184,6 +184,35 @@ def compare(scene, out, as_json, **options):
             if out:
                 click.echo(f"\n{out}")
         sys.exit(0 if found.agree else 4)
+
+
+@main.command()
+@click.option("--method", "methods", multiple=True, metavar="ID", help="Only this (repeatable).")
+@click.option(
+    "--cell",
+    "patterns",
+    multiple=True,
+    metavar="PATTERN",
+    help="Only cells such as 'grey ball/*' (repeatable).",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("-o", "--output", "out", metavar="DIR", help="Write a page and a heat map.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def stability(as_json, **options):
+    """Measure every method at the inputs where it may fail, against known answers.
+
+    The exit status is 0 if no cell fails without saying so, 4 if one does and 1 after an error.
+    Ctrl-C keeps the cells so far.
+    """
+    from relume.workbench import stability as grid
+
+    with readable_errors():
+        found = grid.run(Console(stderr=True), **options)
+        if as_json:
+            click.echo(json.dumps(found, indent=1, ensure_ascii=False))
+        else:
+            grid.print_report(found, Console())
+        sys.exit(4 if any(cell["silent"] for cell in found["cells"]) else 0)
 
 
 @main.command()

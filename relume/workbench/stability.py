@@ -6,8 +6,9 @@ stop depends on the scatter alone. A failure that nothing says, neither a note o
 nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
 """
 
-import time
+import shlex
 import tempfile
+import time
 import warnings
 import zlib
 from fnmatch import fnmatchcase
@@ -15,10 +16,18 @@ from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
 
 import translator
-from relume.application import other_integrator, prepared
+from relume.application import usable_variant
+from relume.output import check_writable
+from relume.rendering import interruptible
 from relume.session import CannotRender, Session, reason, use_threads, variant
+from relume.workbench import stability_page as page
+from relume.workbench.comparison import versions
+from relume.workbench.methods import METHODS, Stage, find, planned
 from relume.workbench.stability_cells import all_cells
 from relume.workbench.stability_verdict import WANTED, Measurement, Tally
 from translator.diagnostics import SceneError
@@ -87,33 +96,35 @@ def _rendered_text(case, cell, seed, caught):
         for name, pixels in case.files.items():
             mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
         translation = translator.translate(document, asset_path=(folder,))
-        with prepared(translation) as session:
-            integrator = None
-            if is_integrator(cell.method):
-                integrator = other_integrator(cell.method, translation)
-            notes = [
-                report.note
-                for report in translation.document.source.all
-                if report.outcome == "unsupported" or PRECISION in report.note
-            ]
-            return _measured(session.scene, integrator, case, seed, (notes, caught))
+        notes = [
+            report.note
+            for report in translation.document.source.all
+            if report.outcome == "unsupported" or PRECISION in report.note
+        ]
+        with variant(usable_variant(translation.plan)):
+            use_threads(translation.document.thread)
+            method = find(cell.method) if renders(cell.method) else planned(translation)
+            stage = Stage(document, translation, asset_path=(folder,))
+            return _measured(*stage.load(method), case, seed, (notes, caught))
 
 
 def _rendered_dictionary(case, cell, seed, caught):
     with variant(case.variant):
         use_threads(None)
         entries = dict(case.scene)
-        if is_integrator(cell.method):
-            entries["integrator"] = entries.get("integrator", {}) | {"type": cell.method}
+        if renders(cell.method):
+            entries["integrator"] = entries["integrator"] | {"type": cell.method}
         try:
             scene = mi.load_dict(entries)
         except RuntimeError as error:
             raise CannotRender(reason(error)) from error
-        return _measured(scene, None, case, seed, ([], caught))
+        return _measured(scene, scene.integrator(), case, seed, ([], caught))
 
 
-def is_integrator(method):
-    """Whether a plugin id is that of an integrator; a variant must be set."""
+def renders(method):
+    """Whether a cell's method is an integrator or another row of `METHODS`."""
+    if any(row.name == method for row in METHODS):
+        return True
     try:
         return isinstance(mi.load_dict({"type": method}), mi.Integrator)
     except RuntimeError:
@@ -127,7 +138,7 @@ def _measured(scene, integrator, case, seed, said):
     start = time.perf_counter()
     wanted = RUNS
     while True:
-        for run in range(tally.runs.count, wanted):
+        for run in range(len(tally.means), wanted):
             own = np.random.SeedSequence((*seed, run)).generate_state(1, np.uint64)
             session = Session(scene, case.spp, int(own[0]), integrator)
             for _ in session.run():
@@ -135,7 +146,7 @@ def _measured(scene, integrator, case, seed, said):
             tally.add(session.image())
         notes, caught = said
         found = tally.measurement(
-            samples=tally.runs.count * case.spp * session.width * session.height,
+            samples=len(tally.means) * case.spp * session.width * session.height,
             seconds=time.perf_counter() - start,
             said="; ".join([*notes, *(str(warning.message) for warning in caught)]),
         )
@@ -167,3 +178,63 @@ def report(cell, found):
         "samples": found.samples,
         "seconds": found.seconds,
     }
+
+
+def run(console, *, methods=(), patterns=(), out=None, seed=0):
+    """Measure cells with progress; Ctrl-C keeps those measured so far.
+
+    Args:
+        console: `rich.console.Console` for the progress.
+        methods: as `chosen`.
+        patterns: as `chosen`.
+        out: folder for `stability.md` and `stability.png`, or None.
+        seed: as `measure`.
+
+    Returns:
+        The report as JSON values.
+
+    Raises:
+        ValueError: as `chosen`.
+        OutputError: the folder cannot be written.
+    """
+    cells = chosen(methods, patterns)
+    if out is not None:
+        check_writable(Path(out, "stability.md"))
+    columns = (TextColumn("cell"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
+    quiet = not console.is_terminal
+    done = []
+    with (
+        Progress(*columns, console=console, transient=True, disable=quiet) as bar,
+        interruptible() as stop,
+    ):
+        task = bar.add_task("stability", total=len(cells))
+        for cell in cells:
+            done.append(report(cell, measure(cell, seed)))
+            bar.update(task, advance=1)
+            if stop:
+                break
+    words = ["relume", "stability"]
+    for option, values in (("--method", methods), ("--cell", patterns)):
+        words += [word for value in values for word in (option, value)]
+    words += ["--seed", str(seed)]
+    found = {"command": shlex.join(words), "versions": versions(), "cells": done}
+    if out is not None:
+        page.heat_map(done, Path(out, "stability.png"))
+        Path(out, "stability.md").write_text(page.markdown(found, "stability.png"), "utf-8")
+    return found
+
+
+def print_report(found, console):
+    """Print the count of verdicts of each method, and every cell that is not exact."""
+    table = Table(box=None, padding=(0, 2), header_style="bold")
+    for column, name in enumerate(page.SUMMARY_HEAD):
+        table.add_column(name, justify="right" if column else "left")
+    for row in page.summary(found["cells"]):
+        table.add_row(*row)
+    console.print(table)
+    for cell in found["cells"]:
+        if cell["verdict"] != "exact":
+            name = f"{cell['method']}/{cell['family']}/{cell['at']}"
+            said = f" ({cell['said']})" if cell["said"] else ""
+            style = "red" if cell["silent"] else ""
+            console.print(Text(f"{name}: {cell['text']}{said}", style=style), soft_wrap=True)

@@ -82,7 +82,7 @@ class Measurement:
         if self.not_finite or self.negative:
             kinds = ((self.not_finite, "not finite"), (self.negative, "negative"))
             return "fails: " + ", ".join(f"{share:.2g} {kind}" for share, kind in kinds if share)
-        interval = f"{100 * self.error:+.2g} % ± {100 * self.half_width:.1g} %"
+        interval = f"{100 * self.error:+.3g} % ± {100 * self.half_width:.1g} %"
         if self.verdict == "exact":
             return f"exact: {interval}"
         if abs(self.error) <= max(self.half_width, NEGLIGIBLE):
@@ -101,24 +101,28 @@ class Tally:
     def __init__(self, expected, scale):
         self.expected = np.broadcast_to(np.asarray(expected, float), 3)
         self.scale = float(scale)
-        self.runs = statistics.Runs()
+        self.means = []
+        self.not_finite = self.negative = self.values = 0
         self.largest = 0.0
-        self.values = 0
 
     def add(self, picture):
         """Take a picture, (height, width, 3)."""
-        self.runs.add(picture)
+        finite = np.isfinite(picture)
+        picture = np.where(finite, picture, 0.0)
         self.values += picture.size
-        finite = picture[np.isfinite(picture)]
-        self.largest = max(self.largest, float(finite.max(initial=0.0)))
+        self.not_finite += picture.size - int(finite.sum())
+        self.negative += int((picture < 0).sum())
+        self.largest = max(self.largest, float(picture.max()))
+        self.means.append(picture.mean(axis=(0, 1), dtype=float))
 
     def measurement(self, **about):
         """The `Measurement` so far; `about` are its attributes that the runs do not tell."""
-        whole = self.runs.estimate().whole
-        variance, dof = whole.variance.ravel(), whole.dof.ravel()
+        means = np.array(self.means)
+        variance = means.var(axis=0, ddof=1) / len(means)
+        dof = np.full(3, len(means) - 1.0)
         each = -np.expm1(np.log1p(-FALSE_ALARMS) / 3)
         widths = statistics.half_width(variance, dof, 1 - each)
-        errors = whole.mean.ravel() - self.expected
+        errors = means.mean(axis=0) - self.expected
         channel = int(np.argmax(np.abs(errors) - widths))
         half_width = widths[channel] / self.scale
         missed = statistics.half_width(variance, dof, 2 * POWER - 1)[channel] / self.scale
@@ -126,8 +130,8 @@ class Tally:
             error=float(errors[channel] / self.scale),
             half_width=float(half_width),
             sees=float(max(NEGLIGIBLE, half_width + missed)),
-            not_finite=self.runs.not_finite / self.values,
-            negative=self.runs.negative / self.values,
+            not_finite=self.not_finite / self.values,
+            negative=self.negative / self.values,
             firefly=self.largest / self.scale,
             **about,
         )

@@ -50,9 +50,7 @@ def sphere(center, radius, *attributes):
 
 def uvplane(corner, u, v, *attributes):
     """A parallelogram."""
-    return thing(
-        f"uvplane {numbers(*corner)}", f"U {numbers(*u)}", f"V {numbers(*v)}", *attributes
-    )
+    return thing(f"uvplane {numbers(*corner)}", f"U {numbers(*u)}", f"V {numbers(*v)}", *attributes)
 
 
 def plane(point, normal, *attributes):

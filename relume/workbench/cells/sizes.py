@@ -1,5 +1,4 @@
-"""Sizes and places: radii, scales and distances from the origin that single precision may not bear.
-"""
+"""Sizes and places: radii, scales and distances from the origin that may be beyond float32."""
 
 from relume.workbench.cells.scenes import PATHS, diffuse, emission, plane, sphere, text, uvplane
 from relume.workbench.stability_cells import Case, family

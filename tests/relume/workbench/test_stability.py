@@ -1,0 +1,229 @@
+"""`relume stability`: verdicts on data of known error, cells rendered, broken methods found."""
+
+import json
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from relume.cli import main
+from relume.workbench import stability, stability_page
+from relume.workbench.stability_cells import Case, Cell, Family, all_cells
+from relume.workbench.stability_verdict import NEGLIGIBLE, Measurement, Tally
+
+
+def tallied(generator, *, mean=1.0, noise=0.05, runs=16, grey=True):
+    """The measurement of runs of 4 x 4 Gaussian pixels with the known answer 1."""
+    tally = Tally(1.0, 1.0)
+    for _ in range(runs):
+        picture = generator.normal(mean, noise, (4, 4, 1 if grey else 3))
+        tally.add(np.broadcast_to(picture, (4, 4, 3)))
+    return tally.measurement()
+
+
+@pytest.fixture
+def generator():
+    return np.random.default_rng(1)
+
+
+# ---- verdicts
+
+
+def test_verdicts_follow_error_and_noise(generator):
+    """The interval of the mean is ± 4.1 noise / 16, so that these are twenty widths from a limit,
+    but for the first, which is exact with the probability 99.9 %."""
+    assert tallied(generator, noise=0.01).verdict == "exact"
+    assert tallied(generator, mean=1.02, noise=0.001).verdict == "degrades"
+    assert tallied(generator, mean=0.9, noise=0.001).verdict == "fails"
+    noisy = tallied(generator, noise=0.3)
+    assert noisy.verdict == "degrades" and noisy.text().startswith("degrades: noisy, ")
+
+
+def test_rounding_is_no_error():
+    """Without noise, errors below `NEGLIGIBLE` count as none and those above as errors."""
+    for error, verdict in ((0.9, "exact"), (1.1, "degrades")):
+        tally = Tally(2.0, 2.0)
+        for _ in range(8):
+            tally.add(np.full((4, 4, 3), 2 * (1 + error * NEGLIGIBLE)))
+        assert tally.measurement().verdict == verdict
+
+
+@pytest.mark.parametrize(
+    "value, share, text",
+    [(np.nan, "not_finite", "not finite"), (np.inf, "not_finite", "not finite"),
+     (-1.0, "negative", "negative")],
+)  # fmt: skip
+def test_one_bad_value_fails(value, share, text):
+    """One of 8 x 48 values, in a cell that would see an error of 1 % and has none to see."""
+    tally = Tally(1.0, 1.0)
+    for run in range(8):
+        picture = np.ones((4, 4, 3))
+        if run == 0:
+            picture[0, 0, 0] = value
+        tally.add(picture)
+    found = tally.measurement()
+    assert found.verdict == "fails" and found.silent
+    assert getattr(found, share) == pytest.approx(1 / 384)
+    assert text in found.text()
+
+
+def test_a_failure_that_is_said_is_not_silent():
+    assert Measurement(error=0.5).silent
+    assert not Measurement(error=0.5, said="single precision").silent
+    assert not Measurement(said="no such light", refused=True).silent
+    assert not Measurement(error=0.02).silent
+
+
+def test_fireflies_are_told_in_units_of_the_answer():
+    tally = Tally(0.5, 0.5)
+    for pixel in (0.5, 30.0):
+        picture = np.full((4, 4, 3), 0.5)
+        picture[1, 2] = pixel
+        tally.add(picture)
+    assert tally.measurement().firefly == pytest.approx(60)
+
+
+@pytest.mark.parametrize("grey", [True, False])
+def test_false_alarms(generator, grey):
+    """At most 1 in 1000. In 1000 reruns of an exact method 1 is expected at most; 6 or more have
+    the probability 0.06 %."""
+    found = [tallied(generator, grey=grey) for _ in range(1000)]
+    alarms = sum(abs(m.error) > m.half_width for m in found)
+    assert alarms < 6
+
+
+def test_what_a_cell_sees_it_finds(generator):
+    """An error as large as `sees` has the probability 95 %: of 400, 380 ± 4.4 are found."""
+    error = np.mean([tallied(generator).sees for _ in range(200)])
+    found = [tallied(generator, mean=1 + error) for _ in range(400)]
+    assert np.mean([m.verdict != "exact" for m in found]) > 0.9
+
+
+# ---- cells
+
+
+def test_cells_have_names_and_answers_of_their_own():
+    cells = all_cells()
+    names = [cell.name for cell in cells]
+    assert len(set(names)) == len(names)
+    assert all(cell.family.answer and cell.family.quantity for cell in cells)
+
+
+@pytest.mark.parametrize(
+    "method, pattern",
+    [("path", "shining box by size/1"), ("volpath", "grey ball/0.001"),
+     ("dispersivepath", "lit floor by size/1000")],
+)  # fmt: skip
+def test_a_cell_is_exact(method, pattern):
+    """Ordinary inputs: seeds are fixed; a false alarm has the probability 0.1 %."""
+    (cell,) = stability.chosen([method], [pattern])
+    found = stability.measure(cell)
+    assert found.verdict == "exact" and not found.said, found.text()
+    assert found.sees < 0.01
+
+
+def define_broken():
+    """Register path tracers that give 2 % too much light, and NaN in a thousandth of pixels."""
+
+    class Broken(mi.SamplingIntegrator):
+        def __init__(self, props):
+            super().__init__(props)
+            self.path = mi.load_dict({"type": "path"})
+
+    class Brighter(Broken):
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            L, valid, values = self.path.sample(scene, sampler, ray, medium, active)
+            return 1.02 * L, valid, values
+
+    class Undefined(Broken):
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            L, valid, values = self.path.sample(scene, sampler, ray, medium, active)
+            L[sampler.next_1d() < 1e-4] = mi.Float(np.nan)
+            return L, valid, values
+
+    mi.register_integrator("test_two_percent", Brighter)
+    mi.register_integrator("test_undefined", Undefined)
+
+
+@pytest.fixture
+def broken():
+    """A function that measures a grey ball by a broken integrator."""
+    before = mi.variant()
+    mi.set_variant("llvm_ad_rgb")
+    define_broken()
+    (cell,) = stability.chosen(["path"], ["grey ball/1"])
+    yield lambda method: stability.measure(Cell(cell.family, cell.value, method))
+    if before:
+        mi.set_variant(before)
+
+
+def test_two_percent_too_much_are_found(broken):
+    found = broken("test_two_percent")
+    assert found.verdict == "degrades"
+    assert found.error == pytest.approx(0.02, abs=found.half_width)
+
+
+def test_undefined_values_are_found(broken):
+    """64 samples a pixel, one in 10,000 undefined: 0.64 % of the pixels, ± 0.13 % of 4096."""
+    found = broken("test_undefined")
+    assert found.verdict == "fails" and found.silent
+    assert found.not_finite == pytest.approx(0.0064, abs=0.004)
+
+
+def test_a_refused_scene_says_so():
+    """With the message of the error, be it the scene file's or a plugin's."""
+    beam = {
+        "type": "scene",
+        "light": {"type": "parallelbeam", "edge_v": [9, 0, 0], "direction": [0, 0, 1]},
+    }
+    scenes = {"text": "IMAGE\n0 16\n", "dictionary": beam}
+    row = Family("refused", "", "", lambda name: Case(scenes[name], 1.0), (), ())
+    text, plugin = (stability.measure(Cell(row, name, "parallelbeam")) for name in scenes)
+    for found, said in ((text, "IMAGE"), (plugin, "must span space")):
+        assert found.refused and said in found.said and not found.silent
+
+
+# ---- command and page
+
+
+def test_command(tmp_path):
+    """The report is printed, and written with its heat map."""
+    out = tmp_path / "out"
+    words = ["stability", "--method", "path", "--cell", "grey ball/1", "-o", str(out), "--json"]
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 0
+    (cell,) = json.loads(result.stdout)["cells"]
+    assert cell["method"] == "path" and cell["verdict"] == "exact"
+    page = (out / "stability.md").read_text()
+    assert "| path | 1 | 1 | 0 | 0 | 0 |" in page and "convex body" in page
+    assert (out / "stability.png").stat().st_size > 1000
+
+
+def test_command_names_the_methods_that_there_are():
+    result = CliRunner().invoke(main, ["stability", "--method", "pth"])
+    assert result.exit_code == 1
+    assert "method 'pth' has no cells; those that have: " in result.output
+    assert "no cell matches" in CliRunner().invoke(main, ["stability", "--cell", "x"]).output
+
+
+def test_silent_failure_ends_with_status_4(monkeypatch):
+    monkeypatch.setattr(stability, "measure", lambda cell, seed: Measurement(error=0.5))
+    result = CliRunner().invoke(main, ["stability", "--method", "path", "--cell", "grey ball/1"])
+    assert result.exit_code == 4
+    assert "path/grey ball/1: fails: +50 %" in result.stdout
+
+
+def test_page_lists_what_is_not_exact():
+    """A row for each such cell, with what says so."""
+    (cell,) = stability.chosen(["path"], ["grey ball/1"])
+    found = [
+        stability.report(cell, m)
+        for m in (Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far"))
+    ]
+    text = stability_page.markdown(
+        {"cells": found, "command": "", "versions": {"mitsuba": "", "drjit": ""}}, "x.png"
+    )
+    assert "| path | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
+    assert "too \\| far" in text
+    assert "| path | 3 | 1 | 0 | 1 | 1 | 0.1 % |" in text
