@@ -11,7 +11,7 @@ from relume import llvm, probe
 
 PACKAGES = (
     "relume", "mitsuba", "drjit", llvm.WHEEL, "numpy", "OpenEXR", "pillow", "rich",
-    "click",
+    "click", "matplotlib", "flip-evaluator",
 )  # fmt: skip
 NEEDED = "llvm_ad_rgb"
 VARIANTS = (NEEDED, "llvm_ad_spectral", "scalar_rgb")

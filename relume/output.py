@@ -149,7 +149,7 @@ def check_writable(path):
     Raises:
         OutputError: its directory cannot be made or written to.
     """
-    with _replacing(Path(path), rename=False):
+    with replacing(Path(path), rename=False):
         pass
 
 
@@ -208,7 +208,7 @@ def write_image(path, image, gamma=0.0):
     write, linear = WRITERS[path.suffix.lower()]
     image, repaired = repair(image)
     pixels = image if linear else encode_display(image, gamma)
-    with _replacing(path) as temporary:
+    with replacing(path) as temporary:
         write(temporary, pixels)
     return Written((path,), repaired)
 
@@ -337,7 +337,7 @@ WRITERS = {  # extension: writer, whether it takes linear values
 
 
 @contextlib.contextmanager
-def _replacing(path, *, rename=True):
+def replacing(path, *, rename=True):
     """Give a new temporary file beside `path`; if the block ends well, put it in its place."""
     temporary = path.with_name(f".relume-{secrets.token_hex(8)}.tmp")
     flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)

@@ -52,7 +52,7 @@ def explanations(report):
             ["A picture tells no variance: its noise is that part of the difference which varies"
              " from pixel to pixel more than the renders explain. Tests of its single pixels do not"
              " count."]
-            if any(side["runs"] == 0 for side in report["sides"])
+            if any(side["variance"] == "judged" for side in report["sides"])
             else []
         ),
     ]  # fmt: skip

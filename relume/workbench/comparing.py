@@ -7,7 +7,6 @@ of false alarms) or a value is no finite number, else `agree`.
 """
 
 import shlex
-import time
 from pathlib import Path
 
 import mitsuba as mi
@@ -18,8 +17,8 @@ import translator
 from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, Session, reason, variant
-from relume.workbench import measures, methods, statistics
+from relume.session import CannotRender, reason, variant
+from relume.workbench import measures, methods, references, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
 
@@ -85,7 +84,8 @@ def compare(
     Args:
         scene: the scene file.
         with_: a method (see `methods`), which gets the same scene, depths and number of samples; or
-            a linear picture, .exr or .hdr. It is the reference.
+            a linear picture, .exr or .hdr. It is the reference. An .exr that tells its variance
+            (see `references`) is taken at its word; the noise of another picture is judged.
         integrator: the method of the first side; None for what is planned for the scene.
         size: (width, height) instead of the scene's; that of the picture if there is one.
         spp: samples of a pixel of each side in all its runs together, rounded up to a multiple of
@@ -109,8 +109,9 @@ def compare(
         raise ValueError(f"runs {runs}: expected {FEWEST_RUNS} or more")
     if seed < 0:
         raise ValueError(f"seed {seed}: expected 0 or more")
-    picture = load_picture(with_) if Path(with_).suffix else None
-    if picture is not None:
+    picture = stored = None
+    if Path(with_).suffix:
+        picture, stored = load_picture(with_)
         of_picture = (picture.shape[1], picture.shape[0])
         if size is not None and tuple(size) != of_picture:
             raise ValueError("size {}x{}: {} has {}x{}".format(*size, with_, *of_picture))
@@ -123,15 +124,14 @@ def compare(
     document = resized(document, size, each * runs)
     translation = translator.translate(document, dialect, asset_path)
     plan = translation.plan
-    planned = methods.planned(translation)
-    first = planned if integrator is None else methods.find(integrator)
+    first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
     with ready(translation):
         stage = methods.Stage(document, translation, dialect, asset_path)
         loaded = [(method.name, *stage.load(method)) for method in wanted]
         sides = render_in_turn(loaded, each, runs, seed, watch)
     if picture is not None:
-        sides.append(picture_side(with_, picture, sides[0].estimate))
+        sides.append(picture_side(with_, picture, stored, sides[0].estimate))
     settings = {
         "scene": str(scene),
         "integrator": first.name,
@@ -143,7 +143,7 @@ def compare(
         "dialect": dialect,
         "variant": plan.variant,
     }
-    settings["command"] = command_line(settings, asset_path)
+    settings["command"] = command_line(settings, integrator, asset_path)
     settings["notes"] = notes(translation.document)
     a, b = (side.estimate for side in sides)
     scores = statistics.all_levels(a, b, FALSE_ALARMS)
@@ -168,14 +168,10 @@ def render_in_turn(methods, spp, runs, seed, watch=None):
     seconds = [[] for _ in methods]
     for run in range(runs):
         for side, (_, scene, integrator) in enumerate(methods):
-            start = time.perf_counter()
-            # 64 bits of the seed's own sequence: no two runs share one.
-            own = np.random.SeedSequence((seed, side, run)).generate_state(1, np.uint64)
-            session = Session(scene, spp, int(own[0]), integrator)
-            for _ in session.run():
-                pass
-            seconds[side].append(time.perf_counter() - start)
-            taken[side].add(session.image())
+            own = renders.own_seed(seed, renders.COMPARE, side, run)
+            done = renders.render(scene, integrator, spp, own)
+            seconds[side].append(done.wall)
+            taken[side].add(done.picture)
         if watch and watch(run + 1, runs):
             break
     if run + 1 < FEWEST_RUNS:
@@ -187,7 +183,10 @@ def render_in_turn(methods, spp, runs, seed, watch=None):
 
 
 def load_picture(path):
-    """Read a linear picture: (height, width, 3) float32.
+    """Read a linear picture.
+
+    Returns:
+        Its pixels, (height, width, 3), and its `Estimate` if the file tells its variance, or None.
 
     Raises:
         ValueError: it is of another format, or cannot be read.
@@ -196,6 +195,9 @@ def load_picture(path):
         raise ValueError(f"{path}: expected an integrator's id or a linear picture, .exr or .hdr")
     if not Path(path).is_file():
         raise ValueError(f"{path}: no such file")
+    if references.has_variance(path):
+        stored = references.read(path).estimate
+        return stored.pixels.mean, stored
     with variant("scalar_rgb"):
         try:
             bitmap = mi.Bitmap(str(path)).convert(
@@ -203,19 +205,27 @@ def load_picture(path):
             )
         except RuntimeError as error:
             raise ValueError(f"{path}: {reason(error)}") from None
-        return np.array(bitmap)
+        return np.array(bitmap), None
 
 
-def picture_side(name, picture, other):
-    """The `Side` of a picture without runs, its noise judged by an estimate of the same scene."""
+def picture_side(name, picture, stored, other):
+    """The `Side` of a picture.
+
+    Args:
+        name: its path.
+        picture: as `load_picture` returned it.
+        stored: its estimate, if the file tells its variance; else None, and its noise is judged.
+        other: estimate of the same scene.
+    """
     finite = np.isfinite(picture)
-    estimate = statistics.from_picture(np.where(finite, picture, 0), other)
+    estimate = stored or statistics.from_picture(np.where(finite, picture, 0), other)
     return Side(str(name), estimate, 0, (), int((~finite).sum()), int((picture < 0).sum()))
 
 
-def command_line(settings, asset_path):
+def command_line(settings, integrator, asset_path):
     """The command that gives this comparison."""
-    words = ["relume", "compare", settings["scene"], "--integrator", settings["integrator"]]
+    words = ["relume", "compare", settings["scene"]]
+    words += ["--integrator", integrator] if integrator else []
     words += ["--with", settings["with"]]
     words += ["--size", "{}x{}".format(*settings["size"])]
     for name in ("spp", "runs", "seed", "dialect"):

@@ -41,6 +41,13 @@ class Side:
     negative: int
 
     @property
+    def variance(self):
+        """Where its variance is from: `runs`, `stored` in its file, or `judged` by its pixels."""
+        if self.runs:
+            return "runs"
+        return "judged" if self.estimate.lone else "stored"
+
+    @property
     def time(self):
         """Time of all renders [s]: their number times the median, for the first one compiles."""
         return self.runs * float(np.median(self.seconds)) if self.runs else 0.0
@@ -170,6 +177,7 @@ class Comparison:
         return {
             "name": side.name,
             "runs": side.runs,
+            "variance": side.variance,
             "spp": self.settings["spp"] // side.runs if side.runs else None,
             "mean": side.estimate.whole.mean.ravel().tolist(),
             "mean_plus_minus": statistics.half_width(
@@ -188,7 +196,7 @@ class Comparison:
 def versions():
     """Versions of what took part, by name."""
     found = {"python": platform.python_version(), "system": platform.platform()}
-    for package in (*PACKAGES, "flip-evaluator"):
+    for package in PACKAGES:
         try:
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:

@@ -131,8 +131,9 @@ def methods_for(translation):
 
 
 def planned(translation):
-    """The method that the plan chose."""
-    return find(innermost(translation.scene["integrator"])["type"])
+    """The method that the plan chose, with all its parameters."""
+    row = find(innermost(translation.scene["integrator"])["type"])
+    return dataclasses.replace(row, integrator=lambda planned: planned)
 
 
 def innermost(integrator):

@@ -237,8 +237,8 @@ def test_shape_of_the_json(invoke, room):
     ]  # fmt: skip
     for side in report["sides"]:
         assert list(side) == [
-            "name", "runs", "spp", "mean", "mean_plus_minus", "rel_mse_of_noise", "seconds",
-            "efficiency", "not_finite", "negative",
+            "name", "runs", "variance", "spp", "mean", "mean_plus_minus", "rel_mse_of_noise",
+            "seconds", "efficiency", "not_finite", "negative",
         ]  # fmt: skip
         assert side["runs"] == 32 and len(side["mean"]) == 3 and side["seconds"] > 0
     assert [channel["channel"] for channel in report["energy"]] == ["red", "green", "blue"]

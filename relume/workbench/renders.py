@@ -1,0 +1,57 @@
+"""Short independent renders of a loaded scene, timed."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from relume.session import Session
+
+COMPARE, CHART, REFERENCE = range(3)
+"""Purposes: the same seed gives other random numbers to each."""
+
+
+@dataclass(frozen=True)
+class Render:
+    """One picture and what it took.
+
+    Attributes:
+        picture: linear RGB, (height, width, 3) float32.
+        wall: duration [s].
+        cpu: processor time of the process, all threads together [s].
+    """
+
+    picture: np.ndarray
+    wall: float
+    cpu: float
+
+
+def own_seed(seed, *place):
+    """A seed of 64 bits that belongs to this place alone.
+
+    Args:
+        seed: non-negative integer, of the whole study.
+        place: small non-negative integers, the purpose first.
+    """
+    sequence = np.random.SeedSequence(seed, spawn_key=place)
+    return int(sequence.generate_state(1, np.uint64)[0])
+
+
+def render(scene, integrator, spp, seed):
+    """Render a picture.
+
+    Args:
+        scene: `mi.Scene`.
+        integrator: `mi.Integrator`.
+        spp: samples of a pixel.
+        seed: as `own_seed` gives it.
+
+    Returns:
+        `Render`.
+    """
+    wall, cpu = time.perf_counter(), time.process_time()
+    session = Session(scene, spp, seed, integrator)
+    for _ in session.run():
+        pass
+    picture = session.image()
+    return Render(picture, time.perf_counter() - wall, time.process_time() - cpu)
