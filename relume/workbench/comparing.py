@@ -18,7 +18,7 @@ from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
 from relume.session import CannotRender, reason, variant
-from relume.workbench import measures, methods, references, renders, statistics
+from relume.workbench import estimate_files, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
 
@@ -85,7 +85,7 @@ def compare(
         scene: the scene file.
         with_: a method (see `methods`), which gets the same scene, depths and number of samples; or
             a linear picture, .exr or .hdr. It is the reference. An .exr that tells its variance
-            (see `references`) is taken at its word; the noise of another picture is judged.
+            (see `estimate_files`) is taken at its word; the noise of another picture is judged.
         integrator: the method of the first side; None for what is planned for the scene.
         size: (width, height) instead of the scene's; that of the picture if there is one.
         spp: samples of a pixel of each side in all its runs together, rounded up to a multiple of
@@ -195,8 +195,8 @@ def load_picture(path):
         raise ValueError(f"{path}: expected an integrator's id or a linear picture, .exr or .hdr")
     if not Path(path).is_file():
         raise ValueError(f"{path}: no such file")
-    if references.has_variance(path):
-        stored = references.read(path).estimate
+    if estimate_files.holds_estimate(path):
+        stored, _ = estimate_files.read(path)
         return stored.pixels.mean, stored
     with variant("scalar_rgb"):
         try:

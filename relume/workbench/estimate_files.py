@@ -6,12 +6,12 @@ object: `runs`, the number of independent pictures, and what the writer tells of
 """
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 
+from relume.output import replacing
 from relume.workbench.statistics import Estimate, Level
 
 LEVELS = ("pixels", "blocks", "whole")
@@ -22,10 +22,13 @@ def write(path, estimate, runs, made):
     """Write an estimate; a file of that name is replaced when the new one is complete.
 
     Args:
-        path: the file, `.exr`; its folder must exist.
+        path: the file, `.exr`; its folder is made.
         estimate: `Estimate` from runs.
         runs: number of independent pictures, 2 or more.
         made: how they were made, a dictionary of JSON values.
+
+    Raises:
+        OutputError: it cannot be written.
     """
     about = json.dumps({"runs": runs} | made, ensure_ascii=False)
     height, width = estimate.pixels.mean.shape[:2]
@@ -47,12 +50,18 @@ def write(path, estimate, runs, made):
             for c, letter in enumerate(CHANNELS)
         }
         parts.append(OpenEXR.Part(header, channels, name))
-    temporary = Path(path).with_name(f"{Path(path).name}.{os.getpid()}")
-    try:
+    with replacing(Path(path)) as temporary:
         OpenEXR.File(parts).write(str(temporary))
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+
+
+def holds_estimate(path):
+    """Whether a file is an EXR that claims to be of this form."""
+    if Path(path).suffix.lower() != ".exr" or not Path(path).is_file():
+        return False
+    try:
+        return "relume" in OpenEXR.File(str(path), header_only=True).header()
+    except (RuntimeError, ValueError):
+        return False
 
 
 def read(path):
@@ -69,8 +78,10 @@ def read(path):
         parts = {part.name(): part for part in file.parts}
         made = json.loads(parts["pixels"].header["relume"])
         levels = {name: _level(parts[name], made["runs"]) for name in LEVELS}
-    except (RuntimeError, KeyError, json.JSONDecodeError) as error:
+    except (RuntimeError, KeyError, TypeError, json.JSONDecodeError) as error:
         raise ValueError(f"{path}: no estimate: {error}") from None
+    if not all(_sound(level) for level in levels.values()):
+        raise ValueError(f"{path}: no estimate: its numbers are not sound")
     return Estimate(**levels), made
 
 
@@ -80,3 +91,8 @@ def _level(part, runs):
         for field in ("mean", "variance")
     )
     return Level(mean, variance, np.full_like(variance, runs - 1))
+
+
+def _sound(level):
+    finite = np.isfinite(level.mean).all() and np.isfinite(level.variance).all()
+    return finite and level.variance.min() >= 0 and level.dof.min() >= 1
