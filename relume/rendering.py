@@ -69,9 +69,10 @@ def render_file(
         seconds = time.perf_counter() - start
         picture = session.image()
         spectral = "spectral" in translation.plan.variant
-        written = destination.write(document, picture, seconds, session.spp_done, spectral)
+        spp = session.accumulator.spp
+        written = destination.write(document, picture, seconds, spp, spectral)
     if why:
-        console.print(f"[yellow]{why}[/] after {session.spp_done} of {session.spp} samples a pixel")
+        console.print(f"[yellow]{why}[/] after {spp} of {session.spp} samples a pixel")
     if written.repaired:
         why = "colours that RGB cannot hold, or noise" if spectral else "this should not happen"
         console.print(f"[yellow]{written.repaired} pixels below 0 or not finite: {why}[/]")
@@ -197,11 +198,11 @@ def run(session, dumps, time_limit, stop, console):
     pixels = session.width * session.height
     quiet = not console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
-        task = bar.add_task("render", total=len(session.passes), rate="")
+        task = bar.add_task("render", total=None, rate="")
         last = 0.0
         for progress in session.run():
             rate = f"{progress.spp * pixels / progress.seconds / 1e6:.2f} M samples/s"
-            bar.update(task, completed=progress.passes, rate=rate)
+            bar.update(task, completed=progress.passes, total=progress.all_passes, rate=rate)
             if progress.passes == progress.all_passes:
                 return ""
             dumps.offer(session, progress.seconds)

@@ -1,9 +1,9 @@
 """A render session: a scene rendered in passes of bounded memory.
 
-A pass adds samples to every pixel. Which samples those are depends on the seed, the size of the
-picture and the number of samples alone, so the same seed gives the same picture, bit for bit: the
-radiance of all samples of a pixel is computed in one kernel and summed in a fixed order, never
-scattered into the film.
+A pass adds samples to every pixel. Which samples those are depends on the seed, its index, the size
+of the picture and the number of samples alone, so the same pass gives the same sums, bit for bit,
+whoever computes it: the radiance of all samples of a pixel is computed in one kernel and summed in
+a fixed order, never scattered into the film. Passes are added up exactly (see `accumulator`).
 """
 
 import os
@@ -15,8 +15,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-SAMPLES_PER_PASS = 2**20
-"""Samples of one pass, rounded down to whole samples of a pixel."""
+from relume.accumulator import Accumulator
+from relume.passes import Pass, Plan
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
@@ -91,49 +91,55 @@ class Session:
         self.seed = int(seed)
         self.width, self.height = (int(x) for x in self.sensor.film().crop_size())
         self.by_sample = "scalar" not in mi.variant() and samples_rays(self.integrator)
-        per_pass = max(1, SAMPLES_PER_PASS // (self.width * self.height))
-        whole, rest = divmod(self.spp, per_pass)
-        self.passes = [per_pass] * whole + ([rest] if rest else [])
-        self.sum = np.zeros((self.height * self.width, 3))
-        self.spp_done = 0
-        self.passes_done = 0
+        self.plan = Plan.of(self.width, self.height, self.spp)
+        self.accumulator = Accumulator(self.width, self.height)
 
     def run(self):
-        """Render pass after pass.
+        """Render pass after pass, those that the accumulator lacks, and add them to it.
 
         Yields:
             `Progress` after each pass; the render can be left at any of them.
         """
         start = time.perf_counter()
-        for index in range(self.passes_done, len(self.passes)):
-            self.render_pass(index)
+        to_do = self.plan.to_do(self.accumulator.done)
+        all_passes = len(self.accumulator.done) + len(to_do)
+        for index, spp in to_do:
+            self.accumulator.add(self.render_pass(index, spp))
             seconds = time.perf_counter() - start
-            yield Progress(index + 1, len(self.passes), self.spp_done, self.spp, seconds)
+            done = self.accumulator.done
+            yield Progress(len(done), all_passes, done.spp, self.spp, seconds)
 
-    def render_pass(self, index):
-        """Render one pass and add it to the sum."""
-        spp = self.passes[index]
-        pixels = self.width * self.height
+    def render_pass(self, index, spp):
+        """Render one pass.
+
+        Args:
+            index: which, 0 or more.
+            spp: samples of a pixel.
+
+        Returns:
+            `Pass`.
+        """
         if not self.by_sample:
-            self.sum += spp * self._whole(spp, index)
-        else:
-            rows = max(1, SAMPLES_PER_LAUNCH // (spp * self.width)) * self.width
-            for launch, first in enumerate(range(0, pixels, rows)):
-                count = min(rows, pixels - first)
-                self.sum[first : first + count] += self._pixels(spp, first, count, (index, launch))
-        self.spp_done += spp
-        self.passes_done = index + 1
+            return Pass(index, spp, self._whole(spp, index))
+        pixels = self.width * self.height
+        rows = max(1, SAMPLES_PER_LAUNCH // (spp * self.width)) * self.width
+        found = np.empty((6, pixels), np.float32)
+        for launch, first in enumerate(range(0, pixels, rows)):
+            count = min(rows, pixels - first)
+            sums = self._pixels(spp, first, count, (index, launch))
+            for row, values in zip(found, sums, strict=True):
+                row[first : first + count] = values
+        return Pass(index, spp, found[:3], found[3:])
 
     def image(self):
         """The picture so far: linear RGB, (height, width, 3) float32; NaN where nothing is."""
-        mean = self.sum / self.spp_done if self.spp_done else self.sum * np.nan
-        return mean.reshape(self.height, self.width, 3).astype(np.float32)
+        return self.accumulator.image()
 
     def _seed(self, *place):
         return int(np.random.SeedSequence((self.seed, *place)).generate_state(1)[0])
 
     def _pixels(self, spp, first, count, place):
-        """Sums of `spp` samples for each of `count` pixels from `first`: (count, 3)."""
+        """Sums of `spp` samples, then of their squares, for `count` pixels from `first`: six."""
         sampler = self.sensor.sampler().clone()
         sampler.seed(self._seed(*place), count * spp)
         # Opaque numbers: the kernel is the same for every pass.
@@ -149,8 +155,9 @@ class Session:
         with dr.suspend_grad():
             L, *_ = self.integrator.sample(self.scene, sampler, ray)
         color = self._color(mi.unpolarized_spectrum(L * weight), ray)
-        dr.eval(color)
-        return np.stack([np.array(dr.block_sum(channel, spp)) for channel in color], axis=-1)
+        samples = [*color, *(color * color)]
+        dr.eval(samples)
+        return [dr.block_sum(channel, spp).numpy() for channel in samples]
 
     def _color(self, L, ray):
         """Linear RGB of radiances."""
@@ -165,6 +172,6 @@ class Session:
         return u
 
     def _whole(self, spp, index):
-        """The mean of a pass by Mitsuba's own means: (pixels, 3)."""
+        """The sum of a pass by Mitsuba's own means: (3, pixels)."""
         image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
-        return np.array(image, dtype=float).reshape(-1, 3)
+        return np.array(image).reshape(-1, 3).T * np.float32(spp)

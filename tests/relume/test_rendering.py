@@ -15,8 +15,7 @@ from PIL import Image
 from rich.console import Console
 
 import relume
-from relume import output, rendering
-from relume import session as sessions
+from relume import output, passes, rendering
 from relume.rendering import render_file
 
 NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
@@ -39,7 +38,7 @@ def console():
 @pytest.fixture
 def short_passes(monkeypatch):
     """Many passes even of a small picture."""
-    monkeypatch.setattr(sessions, "SAMPLES_PER_PASS", 32 * 24)
+    monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24)
 
 
 def files(folder):

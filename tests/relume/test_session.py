@@ -12,6 +12,7 @@ import pytest
 
 import relume
 import translator
+from relume import passes
 from relume import session as sessions
 from relume.application import prepared
 
@@ -38,18 +39,18 @@ def test_same_seed_same_bits_whatever_the_threads(room, settings):
 def test_passes_and_launches_continue_the_random_numbers(room, monkeypatch):
     """No two passes and no two launches may repeat each other: with 16 passes of one sample the
     pixels of a flat sky stay exact and those of noisy places differ from pass to pass."""
-    monkeypatch.setattr(sessions, "SAMPLES_PER_PASS", 32 * 24)
+    monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24)
     monkeypatch.setattr(sessions, "SAMPLES_PER_LAUNCH", 32 * 6)
     with prepared(translator.translate(relume.read(room(spp=6)))) as session:
         sums = [session.image() * 0]
         for _ in session.run():
-            sums.append(session.image() * session.spp_done)
-    passes = np.diff(sums, axis=0)
-    assert len(passes) == 6
-    quarters = passes.reshape(6, 4, 6 * 32 * 3)
+            sums.append(session.image() * session.accumulator.spp)
+    added = np.diff(sums, axis=0)
+    assert len(added) == 6
+    quarters = added.reshape(6, 4, 6 * 32 * 3)
     for k in range(6):
         for m in range(k):
-            assert not np.allclose(passes[k], passes[m])
+            assert not np.allclose(added[k], added[m])
             assert not np.allclose(quarters[k][3], quarters[m][2])
 
 
@@ -150,24 +151,25 @@ def test_an_integrator_instead_of_the_planned_one(room):
 # ---- cost
 
 
-def kernels(session, passes):
+def kernels(session, some):
     """Hashes of the kernels that some passes launch, and how many of them were not in memory."""
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
         dr.kernel_history_clear()
-        for index in passes:
-            session.render_pass(index)
+        for index, spp in some:
+            session.render_pass(index, spp)
         history = [k for k in dr.kernel_history() if k["type"] == dr.KernelType.JIT]
     return {k["hash"] for k in history}, sum(not k["cache_hit"] for k in history), history
 
 
 def test_no_kernel_is_compiled_after_the_first_pass(room, monkeypatch):
     """The last pass has fewer samples and the last launch fewer rows than the others."""
-    monkeypatch.setattr(sessions, "SAMPLES_PER_PASS", 32 * 24 * 3)
+    monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24 * 3)
     monkeypatch.setattr(sessions, "SAMPLES_PER_LAUNCH", 32 * 3 * 7)
     with prepared(translator.translate(relume.read(room(spp=11)))) as session:
-        assert session.passes == [3, 3, 3, 2]
-        first, _, _ = kernels(session, [0])
-        later, compiled, _ = kernels(session, [1, 2, 3])
+        first, *others = session.plan.passes()
+        assert [spp for _, spp in others] == [3, 3, 2]
+        first, _, _ = kernels(session, [first])
+        later, compiled, _ = kernels(session, others)
     assert compiled == 0 and later <= first
 
 
@@ -177,7 +179,9 @@ def test_pictures_larger_than_a_launch_take_several(room, monkeypatch):
     path = room(width=100, height=37)
     path.write_text(path.read_text().partition("OBJECT")[0])
     with prepared(translator.translate(relume.read(path))) as session:
-        _, _, history = kernels(session, range(len(session.passes)))
+        _, _, history = kernels(session, session.plan.passes())
+        for _ in session.run():
+            pass
         image = session.image()
     assert max(k["size"] for k in history) <= 1000
     assert np.allclose(image, (0.4, 0.5, 0.7), atol=1e-6)
@@ -194,12 +198,11 @@ def test_memory_is_bounded_for_many_samples(room):
 
         peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
         with prepared(translator.translate(relume.read({str(path)!r}))) as session:
-            assert len(session.passes) == 20000
-            for index in range(2):
-                session.render_pass(index)
+            assert len(session.plan.passes()) == 20000
+            steps = session.run()
+            next(steps), next(steps)
             before = peak()
-            for index in range(2, 5):
-                session.render_pass(index)
+            next(steps), next(steps), next(steps)
             print(before, peak())
     """
     command = [sys.executable, "-c", textwrap.dedent(code)]
@@ -209,7 +212,7 @@ def test_memory_is_bounded_for_many_samples(room):
 
 
 def test_progress_counts_up_to_the_samples_asked_for(room, monkeypatch):
-    monkeypatch.setattr(sessions, "SAMPLES_PER_PASS", 32 * 24 * 2)
+    monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24 * 2)
     with prepared(translator.translate(relume.read(room(spp=5)))) as session:
         assert np.isnan(session.image()).all()
         steps = list(session.run())

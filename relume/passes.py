@@ -1,0 +1,176 @@
+"""Passes: what they are, which a render needs and which are done.
+
+A pass is known by its index and its number of samples of a pixel; with the content of the scene,
+the integrator and the seed it says which samples those are. The first passes of a render have as
+many samples each as `Plan` gives a pass, the last one has the rest.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+SAMPLES_PER_PASS = 2**20
+"""Samples of one pass, rounded down to whole samples of a pixel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """What one pass found.
+
+    Attributes:
+        index: which pass.
+        spp: samples of a pixel.
+        sum: sums of linear RGB over the samples: float32, (3, pixels), rows from the top.
+        squares: sums of the squares of the samples, or None where the pass is one observation, such
+            as the chains of a Metropolis render, of which only the whole is independent of others.
+    """
+
+    index: int
+    spp: int
+    sum: np.ndarray
+    squares: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How many samples of a pixel are taken, and by how many at a time."""
+
+    spp: int
+    per_pass: int
+
+    @staticmethod
+    def of(width, height, spp):
+        """The plan of a picture of `width` times `height` pixels."""
+        return Plan(int(spp), max(1, SAMPLES_PER_PASS // (width * height)))
+
+    def passes(self):
+        """The `PassSet` of the whole render."""
+        whole, rest = divmod(self.spp, self.per_pass)
+        last = [(whole, whole + 1, rest)] if rest else []
+        return PassSet([(0, whole, self.per_pass), *last])
+
+    def to_do(self, done):
+        """The passes that are left when some are done, possibly of a plan with fewer samples.
+
+        Args:
+            done: `PassSet`.
+
+        Returns:
+            `PassSet` with new indices, the lowest first.
+        """
+        whole, rest = divmod(max(0, self.spp - done.spp), self.per_pass)
+        runs = []
+        for start, stop in done.gaps(whole + bool(rest)):
+            count = min(stop - start, whole)
+            runs.append((start, start + count, self.per_pass))
+            whole -= count
+            if start + count < stop:
+                runs.append((start + count, stop, rest))
+        return PassSet(runs)
+
+
+class PassSet:
+    """A set of passes: their indices and samples.
+
+    Args:
+        runs: triples (start, stop, spp), each for the passes start ... stop - 1 of `spp` samples a
+            pixel, in any order.
+
+    Raises:
+        ValueError: a pass is in two of them.
+    """
+
+    def __init__(self, runs=()):
+        self.runs = []
+        for start, stop, spp in sorted(run for run in runs if run[0] < run[1]):
+            last = self.runs[-1] if self.runs else (0, 0, 0)
+            if start < last[1]:
+                raise ValueError(f"pass {start} is there twice")
+            if start == last[1] and spp == last[2]:
+                self.runs[-1] = (last[0], stop, spp)
+            else:
+                self.runs.append((start, stop, spp))
+
+    @staticmethod
+    def parse(text):
+        """The set that `str` wrote.
+
+        Raises:
+            ValueError: the text is no such set.
+        """
+        runs = []
+        for word in text.split():
+            match = re.fullmatch(r"(\d{1,18}):(\d{1,18})x([1-9]\d{0,17})", word)
+            if not match:
+                raise ValueError(f"expected passes such as 0:10x4, found '{word[:40]}'")
+            runs.append(tuple(int(number) for number in match.groups()))
+        return PassSet(runs)
+
+    def __str__(self):
+        return " ".join(f"{start}:{stop}x{spp}" for start, stop, spp in self.runs)
+
+    def __eq__(self, other):
+        return isinstance(other, PassSet) and self.runs == other.runs
+
+    __hash__ = None
+
+    def __len__(self):
+        return sum(stop - start for start, stop, _ in self.runs)
+
+    def __iter__(self):
+        """Pairs of index and samples of a pixel, the lowest index first."""
+        return ((index, spp) for start, stop, spp in self.runs for index in range(start, stop))
+
+    def __contains__(self, index):
+        return any(start <= index < stop for start, stop, _ in self.runs)
+
+    @property
+    def spp(self):
+        """Samples of a pixel of all passes together."""
+        return sum((stop - start) * spp for start, stop, spp in self.runs)
+
+    def union(self, other):
+        """Both sets together.
+
+        Raises:
+            ValueError: a pass is in both.
+        """
+        return PassSet(self.runs + other.runs)
+
+    def with_pass(self, index, spp):
+        """This set and one pass more.
+
+        Raises:
+            ValueError: it is there already.
+        """
+        return self.union(PassSet([(index, index + 1, spp)]))
+
+    def between(self, start, stop):
+        """The passes of the set with indices from `start` to before `stop`."""
+        return PassSet([(max(a, start), min(b, stop), spp) for a, b, spp in self.runs])
+
+    def without(self, other):
+        """The passes of the set whose indices are not in another."""
+        gaps = other.gaps(self.runs[-1][1] if self.runs else 0)
+        return PassSet([run for gap in gaps for run in self.between(*gap).runs])
+
+    def gaps(self, count):
+        """The first `count` indices that are not in the set, as pairs (start, stop)."""
+        result, start = [], 0
+        for first, last, _ in [*self.runs, (None, None, 0)]:
+            free = count if first is None else min(first - start, count)
+            if free > 0:
+                result.append((start, start + free))
+                count -= free
+            start = last
+        return result
+
+    def ranges(self):
+        """The indices for a reader, such as `0:10, 12`."""
+        joined = []
+        for start, stop, _ in self.runs:
+            if joined and joined[-1][1] == start:
+                start = joined.pop()[0]
+            joined.append((start, stop))
+        return ", ".join(str(a) if b == a + 1 else f"{a}:{b}" for a, b in joined)
