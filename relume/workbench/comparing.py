@@ -218,8 +218,16 @@ def picture_side(name, picture, stored, other):
         other: estimate of the same scene.
     """
     finite = np.isfinite(picture)
-    estimate = stored or statistics.from_picture(np.where(finite, picture, 0), other)
+    shown = np.where(finite, picture, 0)
+    step = rgbe_step(shown) if Path(name).suffix.lower() == ".hdr" else 0.0
+    estimate = stored or statistics.from_picture(shown, other, step)
     return Side(str(name), estimate, 0, (), int((~finite).sum()), int((picture < 0).sum()))
+
+
+def rgbe_step(picture):
+    """Step between RGBE numbers: 1/256 of the power of two above the brightest channel."""
+    _, exponent = np.frexp(picture.max(axis=2, keepdims=True))
+    return np.ldexp(1.0, exponent - 8)
 
 
 def command_line(settings, integrator, asset_path):

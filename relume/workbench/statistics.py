@@ -188,7 +188,7 @@ class Runs:
         return Estimate(*(moments.level() for moments in self._levels))
 
 
-def from_picture(picture, other):
+def from_picture(picture, other, step=0.0):
     """The estimate that a single picture is, its noise judged by an estimate of the same thing.
 
     The difference of the two varies from a pixel to the next by the noise of both. What `other`
@@ -200,6 +200,9 @@ def from_picture(picture, other):
     Args:
         picture: finite, shape (height, width, 3).
         other: `Estimate` from runs.
+        step: between the numbers that the picture's file can hold, (height, width, 1). Values are
+            up to one step too low; where the picture is flat, all by the same, so that the error of
+            a mean is no smaller than that of a value.
 
     Returns:
         `Estimate`.
@@ -226,12 +229,15 @@ def from_picture(picture, other):
     shared = shared * from_blocks(noise / np.where(explained == 0, 1, explained), shape)
     dof = np.broadcast_to(np.maximum(count * pixels, 1), noise.shape)
     share = pixels / pixels.sum()
+    # Mean square of an error that is uniform in one step.
+    rounding = np.broadcast_to(np.square(step) / 3, (*shape[:2], 1))
     return Estimate(
-        Level(picture, shared, from_blocks(dof, shape)),
-        Level(block_means(picture), noise / pixels, dof),
+        Level(picture, shared + rounding, from_blocks(dof, shape)),
+        Level(block_means(picture), noise / pixels + block_means(rounding), dof),
         Level(
             picture.mean(axis=(0, 1), keepdims=True),
-            (share**2 * noise / pixels).sum(axis=(0, 1), keepdims=True),
+            (share**2 * noise / pixels).sum(axis=(0, 1), keepdims=True)
+            + rounding.mean(axis=(0, 1), keepdims=True),
             dof.sum(axis=(0, 1), keepdims=True),
         ),
         lone=True,
