@@ -146,9 +146,10 @@ def chi2_cases():
     return cases
 
 
+@pytest.mark.false_alarms(1e-3)
 def test_sample_follows_pdf(chi2):
     """chi² on 30 parameter sets, alpha 0.001 to 1, from 0 to 85 degrees."""
-    assert len(chi2(chi2_cases())) == 30
+    chi2(chi2_cases())
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -243,16 +244,13 @@ def test_albedo_stays_below_one(variant, albedo):
             assert albedo(bsdf, angle, 500) <= 1 + 1e-3
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_white_furnace(variant, albedo, furnace):
-    """A sphere under a sky of 1 shows its mean albedo; 12-point Gauss rule over the disk's r²."""
+def test_white_furnace(variant, mean_albedo, furnace, chance):
+    """A sphere under a sky of 1 shows its mean albedo."""
     material = ward(0.3, 0.3, variant, 0.3, 0.6)
-    x, w = np.polynomial.legendre.leggauss(12)
-    sin2 = (x + 1) / 2
-    angles = np.degrees(np.arcsin(np.sqrt(sin2)))
-    bsdf = mi.load_dict(material)
-    expected = sum(w / 2 * [albedo(bsdf, angle, 300) for angle in angles])
-    assert furnace(material, 64)[0] == pytest.approx(expected, rel=5e-3)
+    expected = mean_albedo(mi.load_dict(material))
+    chance.equal(furnace(material, 32), expected, allowed=5e-4, precision=2e-3)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

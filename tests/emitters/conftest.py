@@ -1,10 +1,11 @@
-"""What the emitter tests share: the variant and a measurement with its standard error."""
+"""What the emitter tests share: the variant, measurements, domes and cameras."""
 
 import mitsuba as mi
 import numpy as np
 import pytest
 
 import emitters  # noqa: F401  registers the plugins
+from relume.workbench.statistics import Level
 
 
 @pytest.fixture(autouse=True)
@@ -13,32 +14,25 @@ def variant():
 
 
 @pytest.fixture
-def measure():
-    """Mean over the picture, and its standard error, from independent renders."""
+def measure(chance, level):
+    """Mean over the picture as a `Level` of its channels, from independent renders."""
 
-    def run(scene, spp=64, runs=8, integrator=None, seed=0):
-        means = []
-        for i in range(runs):
-            image = mi.render(scene, spp=spp, seed=seed + i, integrator=integrator)
-            means.append(np.array(image).mean(axis=(0, 1)))
-        means = np.array(means)
-        return means.mean(axis=0), means.std(axis=0, ddof=1) / np.sqrt(runs)
+    def run(scene, spp=64, runs=8, **options):
+        return level(chance.runs(scene, spp, runs, **options).mean(axis=(1, 2)))
 
     return run
 
 
 @pytest.fixture
-def agrees():
-    """Assert that a measurement lies within 3 standard errors of a closed form.
+def agrees(chance):
+    """Judge whether a grey measurement is a closed form's value, its standard error below 0.3 %.
 
-    The standard error must be below 0.3 %. A correct renderer fails one such test in 370; seeds are
-    fixed, so the outcome is too. Float32 and the finite size of a pixel are granted 2e-4.
+    Float32 and the finite size of a pixel are granted 2e-4.
     """
 
     def check(measured, expected):
-        mean, error = (np.atleast_1d(x).mean() for x in measured)
-        assert error < 3e-3 * expected
-        assert abs(mean - expected) <= 3.0 * error + 2e-4 * expected, (mean, error, expected)
+        grey = Level(measured.mean[0], measured.variance[0], measured.dof[0])
+        chance.equal(grey, expected, allowed=2e-4, precision=3e-3)
 
     return check
 

@@ -52,6 +52,7 @@ def seen_plate(shape, at, normal, spot_meter, integrator="path"):
     )
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("integrator", ["path", "volpath"])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_disk_lights_both_sides(side, integrator, measure, agrees, spot_meter):
@@ -67,6 +68,7 @@ def test_disk_lights_both_sides(side, integrator, measure, agrees, spot_meter):
     agrees(measure(scene, spp=2048, runs=16), RHO * L * a**2 / (a**2 + h**2))
 
 
+@pytest.mark.false_alarms(1e-3)
 def test_sphere_from_outside(measure, agrees, spot_meter):
     """E = pi L R^2 / D^2 facing a sphere of radius R whose centre is at the distance D."""
     sphere = {"type": "sphere", "radius": 1.0, "bsdf": black(), "light": light()}
@@ -74,6 +76,7 @@ def test_sphere_from_outside(measure, agrees, spot_meter):
     agrees(measure(scene, spp=2048, runs=16), RHO * L / 9.0)
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("shape", ["sphere", "cube", "cylinder"])
 def test_furnace_inside(shape, measure, agrees, spot_meter):
     """E = pi L inside a closed lamp, whatever its shape; the cube is a mesh.
@@ -88,6 +91,7 @@ def test_furnace_inside(shape, measure, agrees, spot_meter):
     agrees(measure(scene, spp=4096, runs=16), RHO * L)
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_wide_plane(side, measure, agrees, spot_meter):
     """E = pi L above and below a plane without end (a square 20000 times the distance)."""
@@ -108,6 +112,7 @@ def half_sky(shape):
     return bitmap([[[0.0] * 3], [[1.0] * 3]]), [0, 0, 1]
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("shape", ["around x", "around z"])
 def test_textured_sphere(shape, measure, agrees, spot_meter):
     """Half a bright sky: the plate's irradiances facing its pole and away from it are pi and 0.
@@ -120,16 +125,17 @@ def test_textured_sphere(shape, measure, agrees, spot_meter):
     for sign in (1.0, -1.0):
         scene = seen_plate(sphere, [0, 0, 0], np.multiply(sign, pole), spot_meter)
         values.append(measure(scene, spp=4096, runs=16))
-    bright, dark = sorted(values, key=lambda v: -v[0].mean())
+    bright, dark = sorted(values, key=lambda value: -value.mean.mean())
     agrees(bright, RHO * 1.0)
-    assert dark[0].max() < 1e-3 * bright[0].max()
+    assert dark.mean.max() < 1e-3 * bright.mean.max()
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("shape", ["rectangle", "disk", "sphere"])
-def test_sampling_density_of_textured_shapes(shape):
+def test_sampling_density_of_textured_shapes(shape, chance):
     """The density integrates to 1 over directions and is the one the samples come with.
 
-    From a point 1 above the shape: 400000 uniform directions, within 3 standard errors.
+    From a point near the shape: 400000 uniform directions.
     """
     image = np.random.default_rng(1).random((5, 7, 3))
     image[1, 2] = 50.0
@@ -137,14 +143,14 @@ def test_sampling_density_of_textured_shapes(shape):
     emitter = scene.emitters()[0]
     it = dr.zeros(mi.SurfaceInteraction3f)
     it.p = mi.Point3f(0.1, 0.2, 0.8 if shape == "sphere" else 1.0) * 0.5
-    w = np.random.default_rng(2).normal(size=(3, 400000))
+    w = chance.rng().normal(size=(3, 400000))
     w = mi.Vector3f((w / np.linalg.norm(w, axis=0)).astype(np.float32))
     si = scene.ray_intersect(mi.Ray3f(it.p, w))
     ds = mi.DirectionSample3f(scene, si, it)
     pdf = dr.select(si.is_valid(), emitter.pdf_direction(it, ds, si.is_valid()), 0)
     pdf = np.array(pdf) * 4 * np.pi
-    assert abs(pdf.mean() - 1.0) < 3.0 * pdf.std() / np.sqrt(pdf.size)
-    variates = np.random.default_rng(3).random((2, 20000)).astype(np.float32)
+    chance.scores((pdf.mean() - 1.0) / (pdf.std() / np.sqrt(pdf.size)))
+    variates = chance.rng().random((2, 20000)).astype(np.float32)
     ds, value = emitter.sample_direction(it, mi.Point2f(variates))
     same = np.isclose(np.array(emitter.pdf_direction(it, ds)), np.array(ds.pdf), rtol=1e-3)
     assert same.mean() > 0.999
@@ -205,8 +211,9 @@ def props_of(lamp):
     return props
 
 
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("radiance", ["constant", "texture"])
-def test_particles_and_paths_make_the_same_picture(radiance, measure):
+def test_particles_and_paths_make_the_same_picture(radiance, measure, chance):
     """ptracer against path, two bounces and the lamp itself, seen from its back as well."""
     image = np.random.default_rng(1).random((5, 7, 3))
     t = mi.ScalarTransform4f()
@@ -238,15 +245,9 @@ def test_particles_and_paths_make_the_same_picture(radiance, measure):
             },
         }
     )
-    p, ep = (x.mean() for x in measure(scene, spp=2048, runs=16))
-    q, eq = (
-        x.mean()
-        for x in measure(
-            scene, spp=1024, runs=16, integrator=mi.load_dict({"type": "ptracer", "max_depth": 3})
-        )
-    )
-    assert ep < 3e-3 * p and eq < 6e-3 * q, (ep / p, eq / q)
-    assert abs(p - q) < 3.0 * np.hypot(ep, eq), (p, q, ep, eq)
+    particles = mi.load_dict({"type": "ptracer", "max_depth": 3})
+    measured = measure(scene, spp=1024, runs=16, integrator=particles)
+    chance.equal(measured, measure(scene, spp=2048, runs=16), precision=7e-3)
 
 
 def test_shines_where_a_stock_area_light_is_black(spot_meter):
@@ -286,13 +287,14 @@ def test_to_world_is_refused():
         mi.load_dict({"type": "twosidedarea", "to_world": mi.ScalarTransform4f()})
 
 
-def test_spectral_variant_gives_the_same_colours(measure, spot_meter):
-    """A grey plate under a coloured disk: the spectral picture is the RGB one to 1 %."""
+@pytest.mark.false_alarms(1e-3)
+def test_spectral_variant_gives_the_same_colours(measure, spot_meter, chance):
+    """A grey plate under a coloured disk: the spectral picture is the RGB one to 0.5 %."""
     means = []
     for variant in ("llvm_ad_rgb", "llvm_ad_spectral"):
         mi.set_variant(variant)
         colour = {"type": "rgb", "value": [0.9, 0.6, 0.3]}
         disk = {"type": "disk", "bsdf": black(), "light": light(colour)}
         scene = seen_plate(disk, [0, 0, -1], [0, 0, 1], spot_meter)
-        means.append(measure(scene, spp=8192, runs=4)[0])
-    np.testing.assert_allclose(means[1], means[0], rtol=0.01)
+        means.append(measure(scene, spp=4096))
+    chance.equal(means[1], means[0], allowed=5e-3, precision=5e-3)

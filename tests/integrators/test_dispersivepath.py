@@ -42,17 +42,10 @@ HEAVY = {
 }
 
 
-def runs(scene, spp, count=16):
-    """`count` independent pictures, shape (count, height, width, 3)."""
-    return np.array([np.array(mi.render(scene, spp=spp, seed=i)) for i in range(count)])
-
-
-def assert_same(a, b):
-    """Means of two sets of pictures agree within 4 standard errors in each channel (1 in 5000)."""
-    a, b = a.mean((1, 2)), b.mean((1, 2))
-    error = np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / len(a))
-    assert np.all(error < 0.02 * a.mean(0))
-    assert np.all(np.abs(a.mean(0) - b.mean(0)) <= 4 * error)
+@pytest.fixture
+def measure(chance, level):
+    """Mean over the picture as a `Level` of its channels, from 16 runs."""
+    return lambda scene, spp: level(chance.runs(scene, spp, 16).mean(axis=(1, 2)))
 
 
 @pytest.mark.parametrize("options", [{}, {"max_depth": 2}, {"rr_depth": 2}, {"max_depth": -1}])
@@ -70,25 +63,29 @@ def test_is_path_without_dispersion(bsdf, options, rgb):
     assert a.mean() == pytest.approx(b.mean(), rel=1e-3)
 
 
-def test_constant_dispersion_is_no_dispersion(spectral):
+@pytest.mark.false_alarms(1e-3)
+def test_constant_dispersion_is_no_dispersion(spectral, measure, chance):
     """n² = 2.25 as a dispersion formula gives the picture of int_ior = 1.5, in every channel.
 
     The wavelengths are parted, although nothing is gained; so a factor too many or too few would
     show as a factor of up to 4. Under `path` each refraction parts anew: unbiased as well.
     """
-    plain = runs(cornell("path", PLAIN), 64)
-    assert_same(plain, runs(cornell("dispersivepath", CONSTANT), 64))
-    assert_same(plain, runs(cornell("path", CONSTANT), 256))
+    plain = measure(cornell("path", PLAIN), 64)
+    for integrator, spp in (("dispersivepath", 64), ("path", 256)):
+        parted = measure(cornell(integrator, CONSTANT), spp)
+        chance.equal(parted, plain, precision=0.02, of=2)
 
 
-def test_both_protocols_agree(spectral):
+@pytest.mark.false_alarms(1e-3)
+def test_both_protocols_agree(spectral, measure, chance):
     """A glass that really disperses: hero once against a new choice at each refraction."""
-    assert_same(*(runs(cornell(name, HEAVY), 128) for name in ("dispersivepath", "path")))
+    once, each = (measure(cornell(name, HEAVY), 128) for name in ("dispersivepath", "path"))
+    chance.equal(once, each, precision=0.02)
 
 
-def furnace(integrator, spp, **shapes):
-    """Picture of `shapes` filling most of the view, under a sky that is the same all over."""
-    scene = mi.load_dict(
+def furnace(integrator, **shapes):
+    """Scene of `shapes` filling most of the view, under a sky that is the same all over."""
+    return mi.load_dict(
         {
             "type": "scene",
             "integrator": {"type": integrator, "max_depth": 40, "rr_depth": 100},
@@ -102,29 +99,30 @@ def furnace(integrator, spp, **shapes):
             **shapes,
         }
     )
-    return np.array(mi.render(scene, spp=spp, seed=1))
 
 
 SPHERE = {"type": "sphere", "bsdf": HEAVY}
 
 
-@pytest.mark.parametrize(("integrator", "spp"), [("dispersivepath", 1024), ("path", 4096)])
-def test_white_furnace(integrator, spp, spectral):
-    """Dispersive glass under a uniform sky is invisible: white, to 0.5 %, not tinted.
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize(("integrator", "spp"), [("dispersivepath", 64), ("path", 256)])
+def test_white_furnace(integrator, spp, spectral, measure, chance):
+    """Dispersive glass under a uniform sky is invisible: white, not tinted.
 
     The sky's own colour is taken from the picture without the sphere.
     """
-    with_sphere = furnace(integrator, spp, sphere=SPHERE).mean((0, 1))
-    assert with_sphere == pytest.approx(furnace(integrator, spp).mean((0, 1)), rel=5e-3)
+    with_sphere = measure(furnace(integrator, sphere=SPHERE), spp)
+    chance.equal(with_sphere, measure(furnace(integrator), spp), precision=4e-3)
 
 
-def test_the_hero_saves_noise(spectral):
+@pytest.mark.false_alarms(1e-3)
+def test_the_hero_saves_noise(spectral, chance):
     """Through two refractions the hero keeps 4 times its share; new choices 16 times, 1 in 4 times.
 
     The variance over the 8x8 central pixels, which all see the same, differs by 2 at least.
     """
     once, each = (
-        furnace(name, 256, sphere=SPHERE)[12:20, 12:20].var((0, 1))
+        chance.runs(furnace(name, sphere=SPHERE), 64, 4)[:, 12:20, 12:20].var(axis=(0, 1, 2))
         for name in ("dispersivepath", "path")
     )
     assert np.all(once < 0.5 * each)

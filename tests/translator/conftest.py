@@ -78,33 +78,24 @@ def view():
 
 
 @pytest.fixture
-def measure(load):
-    """Mean radiance over the picture of scene text and its standard error, (3,) each."""
+def measure(load, chance, level):
+    """Mean radiance over the picture of scene text as a `Level` of its channels."""
 
     def run(text, spp=256, runs=8, dialect="manual", environ=None):
-        scene = load(text, dialect, environ)
-        means = [
-            np.array(mi.render(scene, spp=spp, seed=seed), float).mean(axis=(0, 1))
-            for seed in range(runs)
-        ]
-        return np.mean(means, axis=0), np.std(means, axis=0, ddof=1) / np.sqrt(runs)
+        return level(chance.runs(load(text, dialect, environ), spp, runs).mean(axis=(1, 2)))
 
     return run
 
 
 @pytest.fixture
-def agrees():
-    """Assert that a measurement lies within 3 standard errors of a closed form.
+def agrees(chance):
+    """Judge whether a measurement is a closed form's value, its standard error below 0.3 %.
 
-    The standard error must be below `precision` of it. A correct renderer fails one such test in
-    370 for each channel; seeds are fixed, so the outcome is too. Float32 and the finite size of a
-    pixel are granted 2e-4.
+    Float32 and the finite size of a pixel are granted 2e-4.
     """
 
-    def check(measured, expected, precision=3e-3):
-        for mean, error, value in zip(*measured, np.broadcast_to(expected, 3), strict=True):
-            assert error <= precision * value, (mean, error, value)
-            assert abs(mean - value) <= 3 * error + 2e-4 * value, (mean, error, value)
+    def check(measured, expected, of=1):
+        chance.equal(measured, expected, allowed=2e-4, precision=3e-3, of=of)
 
     return check
 

@@ -28,8 +28,7 @@ def shown(view, measure, write_picture):
         text = view((at[0], at[1], 5), at) + f"OBJECT\ninfinity_light {light}\nemission 1 1 1\n"
         text += "color 0 0 0\nreflection diffuse\n\nOBJECT\n" + surface
         text += f"color 1 1 1\nreflection diffuse\n{lines}\n"
-        mean, _ = measure(text, spp=16, runs=2)
-        return mean[0]
+        return measure(text, spp=16, runs=2).mean[0]
 
     return run
 
