@@ -1,3 +1,3 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from . import phong, schlickglass, shadowcatcher, ward  # noqa: F401
+from . import phong, schlickglass, shadowcatcher, subsurface, ward  # noqa: F401

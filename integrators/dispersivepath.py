@@ -26,14 +26,8 @@ import drjit as dr
 import mitsuba as mi
 
 from bsdfs.dispersion import HERO_WAVELENGTH
+from integrators.common import power_heuristic
 from registration import on_every_variant
-
-
-def power_heuristic(pdf, other):
-    """Return the weight of a sample of density `pdf` that `other` might have drawn, 0 for 0/0."""
-    a, b = pdf * pdf, other * other
-    w = a / (a + b)
-    return dr.select(dr.isfinite(w), w, 0)
 
 
 def define():

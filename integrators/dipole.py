@@ -1,0 +1,304 @@
+r"""Path tracer with diffusion below surfaces (`dipole`)
+====================================================
+
+===================  ========  ===========================================================
+parameter            type      meaning
+===================  ========  ===========================================================
+``profile``          string    ``standard`` (default), ``directional`` or ``normalized``
+``max_depth``        integer   longest path: 1 shows emitters alone, 2 adds direct light;
+                               -1 for no limit (default -1); a way through a medium counts
+                               as one bounce
+``rr_depth``         integer   depth from which Russian roulette ends paths (default 5)
+``hide_emitters``    boolean   hide directly visible emitters (default false)
+===================  ========  ===========================================================
+
+The stock ``path`` for all surfaces but those of the material ``subsurface``. There light that is
+not mirrored leaves by
+
+    L_o(x_o, o) = int_A int S(x_i, i; x_o, o) L_i(x_i, i) (n_i.i) di dA(x_i).
+
+**Multiple scattering.** `integrators.diffusion` has the three kernels:
+
+    standard     S = F_t(i) R(|x_o - x_i|) F_t(o) / pi      Jensen et al. 2001
+    directional  S = F_t(i) S_d(x_i, i; x_o) F_t(o)         Frisvad et al. 2014
+    normalized   S = F_t(i) R(|x_o - x_i|) F_t(o) / (pi c)  Christensen and Burley 2015,
+                 c = int F_t(o) (n.o) do / pi
+
+F_t is Fresnel's transmittance. The points x_i are found by probe rays on the same object (see
+`integrators.probing`); from there the path goes on as from a diffuse surface, with emitter
+sampling.
+
+**Single scattering** (level -1, ``standard`` alone; the other profiles hold it). The path refracts
+into the medium and scatters where an exponential law says, x. A straight line with the direction w
+then leads from x through the boundary at x_i, at a distance s from x. For the angles theta outside
+and theta' inside, Jensen et al. 2001, section 2.5, take s' = s cos theta / cos theta' for the
+length of the refracted way, so that
+
+    L(x, w') dw' = F_t(w) exp(-sigma_t s') L_i(x_i, w) (cos theta / cos theta') dw.
+
+The last factor, that of the solid angle, is not in the paper; with it, and with the factor
+1/eta^2 of radiance at x_o, flat boundaries under distant light are exact. g is clamped to +-0.999
+here, not in sigma_s' = (1 - g) sigma_s.
+
+**No scattering** (level -1). Light that crosses the object without scattering is refracted at the
+boundary as by clear glass.
+
+Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering only.
+
+.. code-block:: python
+
+    import bsdfs, integrators
+    mi.load_dict({'type': 'dipole', 'profile': 'standard', 'max_depth': 16})
+"""
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from bsdfs.common import choice
+from bsdfs.subsurface import SUBSURFACE
+from integrators.common import power_heuristic
+from integrators.diffusion import PROFILES
+from integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
+from integrators.media import Media, medium_of
+from integrators.probing import find_entry
+from registration import on_every_variant
+
+SURFACE, ENTRY, INNER, CROSSING = range(4)
+"""What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
+inside from the boundary; runs on from a point inside where it has scattered."""
+
+
+@dataclass
+class Leave:
+    """Where light leaves the medium: position and normal."""
+
+    p: object
+    n: object
+
+
+def define():
+    class Dipole(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            self.profile = choice(props, "profile", tuple(PROFILES))
+            max_depth = props.get("max_depth", -1)
+            if max_depth < -1:
+                raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
+            self.max_depth = max_depth if max_depth >= 0 else 0xFFFFFFFF
+            self.rr_depth = props.get("rr_depth", 5)
+            if self.rr_depth <= 0:
+                raise ValueError(f"rr_depth is {self.rr_depth}, but must be above 0")
+            self.path = mi.load_dict(
+                {
+                    "type": "path",
+                    "max_depth": max_depth,
+                    "rr_depth": self.rr_depth,
+                    "hide_emitters": self.hide_emitters,
+                }
+            )
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            media = Media(scene)
+            if not media:
+                return self.path.sample(scene, sampler, ray, medium, active)
+            return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active), media)
+
+        def first_hit(self, scene, ray, active):
+            """Return what a camera ray meets, behind the emitters if they are hidden."""
+            pi = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
+            if self.hide_emitters:
+                skip = active & pi.is_valid() & (pi.shape.emitter() != None)  # noqa: E711
+                si = pi.compute_surface_interaction(ray, mi.RayFlags.Minimal, skip)
+                behind = self.skip_area_emitters(scene, si.spawn_ray(ray.d), True, skip)
+                # Distances count from the camera.
+                behind.t += dr.dot(si.spawn_ray(ray.d).o - ray.o, ray.d)
+                pi = dr.select(skip, behind, pi)
+            return pi
+
+        @dr.syntax
+        def trace(self, scene, sampler, ray, active, media):
+            profile = PROFILES[self.profile]
+            extent = mi.Float(2 * scene.bbox().bounding_sphere().radius)
+            dr.make_opaque(extent)
+            ctx = mi.BSDFContext()
+            ctx.type_mask |= SUBSURFACE
+
+            L = mi.Spectrum(0)  # radiance
+            β = mi.Spectrum(1)  # throughput
+            η = mi.Float(1)  # product of the relative indices
+            depth = mi.UInt32(0)
+            seen = mi.Bool(not self.hide_emitters and scene.environment() is not None)
+            pi = self.first_hit(scene, ray, active)
+
+            si_prev = dr.zeros(mi.Interaction3f)
+            pdf_prev = mi.Float(1)
+            delta_prev = mi.Bool(True)
+
+            kind = mi.UInt32(SURFACE)
+            within = no_medium()
+            leave = Leave(mi.Point3f(0), mi.Normal3f(0))
+            before = mi.Vector3f(0)  # direction of travel before the path scattered
+            boundary = dr.zeros(mi.ShapePtr)
+
+            while dr.hint(active, label="Path tracer with diffusion"):
+                si = pi.compute_surface_interaction(ray, mi.RayFlags.All, active)
+                valid = si.is_valid()
+                entry = active & (kind == ENTRY)
+                scatters, crossing = mi.Bool(False), mi.Bool(False)
+                x = mi.Point3f(si.p)
+
+                # ------------------------- inside a medium -------------------------
+
+                if dr.hint(media.passable, mode="scalar"):
+                    inner, crossing = active & (kind == INNER), active & (kind == CROSSING)
+                    u = sampler.next_2d()
+                    far = dr.select(valid, si.t, 1e30)
+                    scatters, s, weight = flight(within, β, far, u)
+                    scatters &= inner
+                    x = dr.select(scatters, ray(s), x)
+                    β = dr.select(inner, β * weight, β)
+                    # The way from x is as if straight; its weight so far is that of the phase.
+                    bent = out(within, si, ray.d, before) / phase(within, dr.dot(ray.d, before))
+                    bent = dr.select(valid & (si.shape == boundary), bent, 0)
+                    β = dr.select(crossing, β * bent, β)
+                    if dr.hint(profile.holds_single_scattering, mode="scalar"):
+                        active &= ~scatters
+                        scatters = mi.Bool(False)
+
+                surface = active & ~(entry | scatters | crossing)
+
+                # ---------------------------- emission ----------------------------
+
+                if dr.hint(self.hide_emitters, mode="scalar"):
+                    active &= (depth > 0) | valid | (kind != SURFACE)
+                    surface &= active
+                ds = mi.DirectionSample3f(scene, si, si_prev)
+                pdf_em = scene.pdf_emitter_direction(si_prev, ds, surface & ~delta_prev)
+                Le = ds.emitter.eval(si, surface)
+                L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
+                active_next = active & (depth + 1 < self.max_depth) & (valid | scatters)
+
+                # ------------------------- emitter sampling -------------------------
+
+                bsdf = si.bsdf(ray)
+                smooth = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+                if dr.hint(not media.mixed, mode="scalar"):
+                    smooth &= (bsdf.flags() & SUBSURFACE) == 0
+                active_em = active_next & (entry | scatters | (surface & smooth))
+                vertex = mi.SurfaceInteraction3f(si)
+                vertex.p = x
+                vertex.n = dr.select(scatters, 0, si.n)
+                ds, em_weight = scene.sample_emitter_direction(
+                    vertex, sampler.next_2d(), False, active_em
+                )
+                active_em &= ds.pdf != 0
+                shadow = vertex.spawn_ray_to(ds.p)
+                passage = mi.Spectrum(0)
+                if dr.hint(media.passable, mode="scalar"):
+                    from_inside = active_em & scatters
+                    if from_inside:
+                        si_out = scene.ray_intersect(
+                            shadow, mi.RayFlags.All, coherent=False, active=from_inside
+                        )
+                        passage = out(within, si_out, ds.d, ray.d)
+                        from_inside &= si_out.is_valid() & (si_out.shape == boundary)
+                        passage = dr.select(from_inside, passage, 0)
+                        shadow = dr.select(from_inside, si_out.spawn_ray_to(ds.p), shadow)
+                    active_em &= ~scatters | dr.any(passage > 0)
+                active_em &= ~scene.ray_test(shadow, active_em)
+
+                # --------------- evaluation and sampling in one call ---------------
+
+                u1, u2 = sampler.next_1d(), sampler.next_2d()
+                wo = si.to_local(ds.d)
+                f, pdf, bs, weight = bsdf.eval_pdf_sample(
+                    ctx, si, wo, u1, u2, active_next & surface
+                )
+                if entry:
+                    above = wo.z > 0
+                    f = dr.select(above, profile.entering(within, leave, si, wo) * wo.z, 0)
+                    pdf = dr.select(above, wo.z * dr.inv_pi, 0)
+                    bs.wo = mi.warp.square_to_cosine_hemisphere(u2)
+                    bs.pdf = bs.wo.z * dr.inv_pi
+                    bs.eta = 1
+                    bs.sampled_type = +mi.BSDFFlags.DiffuseReflection
+                    weight = profile.entering(within, leave, si, bs.wo) * dr.pi
+                w = si.to_world(bs.wo)
+                if dr.hint(media.passable, mode="scalar"):
+                    f = dr.select(scatters, passage, f)
+                    q = phase_mixture(within, β, dr.dot(ds.d, ray.d))
+                    pdf = dr.select(scatters, q, pdf)
+                    w = dr.select(scatters, sample_phase(within, β, ray.d, u1, u2), w)
+                    w = dr.select(crossing, ray.d, w)
+                    cos = dr.dot(w, ray.d)
+                    q = phase_mixture(within, β, cos)
+                    weight = dr.select(scatters, phase(within, cos) / q, weight)
+                    weight = dr.select(crossing, 1, weight)
+                    bs.pdf = dr.select(scatters, q, bs.pdf)
+                    bs.eta = dr.select(scatters | crossing, 1, bs.eta)
+                    bs.eta = dr.select(crossing, dr.rcp(within.eta), bs.eta)
+                    bs.sampled_type = dr.select(scatters | crossing, 0, bs.sampled_type)
+                mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
+                L[active_em] = dr.fma(β, f * em_weight * mis, L)
+
+                # ------------------------- next vertex -------------------------
+
+                β *= weight
+                η *= bs.eta
+                goes_in = active_next & surface & ((bs.sampled_type & SUBSURFACE) != 0)
+                diffuses = goes_in & mi.has_flag(bs.sampled_type, mi.BSDFFlags.DiffuseReflection)
+                refracted = mi.has_flag(bs.sampled_type, mi.BSDFFlags.DeltaTransmission)
+                before = dr.select(scatters, ray.d, before)
+                seen |= active_next & ~mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+                same_way = crossing | diffuses
+                si_prev = dr.select(same_way, si_prev, mi.Interaction3f(vertex))
+                pdf_prev = dr.select(same_way, pdf_prev, bs.pdf)
+                delta_prev = dr.select(
+                    same_way, delta_prev, mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+                )
+                depth[active_next & ~(same_way | (goes_in & refracted))] += 1
+                from_x = mi.Ray3f(x, w, ray.time, ray.wavelengths)
+                ray = dr.select(scatters, from_x, si.spawn_ray(w))
+                kind = dr.select(scatters, mi.UInt32(CROSSING), SURFACE)
+                kind = dr.select(goes_in, dr.select(diffuses, mi.UInt32(ENTRY), INNER), kind)
+                boundary = dr.select(goes_in, si.shape, boundary)
+                if goes_in:
+                    inner_bsdf = media.translucent(bsdf)
+                    within = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
+
+                # ------------------------- roulette -------------------------
+
+                β_max = dr.max(β)
+                survival = dr.minimum(β_max * η * η, 0.95)
+                roulette = depth >= self.rr_depth
+                survives = sampler.next_1d() < survival
+                β[roulette] *= dr.rcp(survival)
+                active = active_next & (~roulette | survives) & (β_max != 0)
+
+                # ------------------------- next hit -------------------------
+
+                pi = scene.ray_intersect_preliminary(ray, coherent=False, active=active & ~diffuses)
+                u1, u2, u3 = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
+                diffuses &= active
+                if diffuses:
+                    found = find_entry(scene, si, profile(within, extent), β, u1, u2, u3, diffuses)
+                    β = β * found.weight
+                    ray = found.ray
+                    pi = found.pi
+                    leave = Leave(mi.Point3f(si.p), mi.Normal3f(si.n))
+                active &= ~diffuses | dr.any(β > 0)
+
+            return L, seen, []
+
+        def to_string(self):
+            return (
+                f"Dipole[profile={self.profile}, max_depth={self.max_depth}, "
+                f"rr_depth={self.rr_depth}]"
+            )
+
+    mi.register_integrator("dipole", Dipole)
+
+
+on_every_variant(define)

@@ -1,0 +1,103 @@
+"""Inside a translucent object: free flight, the phase function, and the way out."""
+
+import drjit as dr
+import mitsuba as mi
+
+from bsdfs.subsurface import Medium
+from integrators.diffusion import component, pick, transmitted
+
+MAX_G = 0.999
+"""Largest |g| of the phase function: beyond, its peak exceeds what float32 resolves."""
+
+
+def no_medium():
+    """The `Medium` of lanes that have none."""
+    zero = mi.Spectrum(0)
+    return Medium(zero, mi.Spectrum(0), mi.Spectrum(0), mi.Float(1), mi.Float(0), mi.Spectrum(0))
+
+
+def clamped(g):
+    """Return the mean cosine as the phase function takes it."""
+    return dr.clip(g, -MAX_G, MAX_G)
+
+
+def phase(medium, cos):
+    """Return Henyey and Greenstein's phase function per channel [1/sr].
+
+    Args:
+        medium: `Medium`.
+        cos: cosine between the directions of travel before and after.
+    """
+    g = clamped(medium.g)
+    square = dr.maximum(dr.fma(g, g - 2 * cos, 1), 1e-7)
+    return 0.25 * dr.inv_pi * (1 - g * g) / (square * dr.sqrt(square))
+
+
+def phase_mixture(medium, throughput, cos):
+    """Return the density of `sample_phase` [1/sr], at the cosine of its two directions."""
+    _, p = pick(throughput, mi.Float(0))
+    return dr.sum(p * phase(medium, cos))
+
+
+def sample_phase(medium, throughput, d, sample1, sample2):
+    """Draw a direction of travel by the phase function of one channel.
+
+    Args:
+        medium: `Medium`.
+        throughput: ``mi.Spectrum``, the weights of the channels.
+        d: direction of travel before.
+        sample1: uniform variate for the channel.
+        sample2: ``mi.Point2f``, uniform variates for the direction.
+    """
+    channel, _ = pick(throughput, sample1)
+    g = component(clamped(medium.g), channel)
+    x = (1 - g * g) / (1 - g + 2 * g * sample2.x)
+    steep = (1 + g * g - x * x) / dr.select(g == 0, 1, 2 * g)
+    cos = dr.clip(dr.select(dr.abs(g) < 1e-3, 1 - 2 * sample2.x, steep), -1, 1)
+    sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
+    sin = dr.safe_sqrt(1 - cos * cos)
+    return mi.Frame3f(d).to_world(mi.Vector3f(sin * cos_phi, sin * sin_phi, cos))
+
+
+def flight(medium, throughput, distance, sample):
+    """Draw where a path inside scatters, with the channels weighed by the throughput.
+
+    Args:
+        medium: `Medium`.
+        throughput: ``mi.Spectrum``.
+        distance: to the other side of the object.
+        sample: ``mi.Point2f``, uniform variates.
+
+    Returns:
+        (whether it scatters, distance to the point, weight).
+    """
+    sigma_t = medium.sigma_s + medium.sigma_a
+    channel, p = pick(throughput, sample.x)
+    s = -dr.log(1 - sample.y) / dr.maximum(component(sigma_t, channel), 1e-30)
+    scatters = s < distance
+    s = dr.minimum(s, distance)
+    T = dr.exp(-sigma_t * s)
+    pdf = dr.sum(p * T * dr.select(scatters, sigma_t, 1))
+    weight = T * dr.select(scatters, medium.sigma_s, 1)
+    return scatters, s, dr.select(pdf > 0, weight / dr.select(pdf > 0, pdf, 1), 0)
+
+
+def out(medium, si, w, before):
+    """Follow a path that has scattered inside straight out of the boundary.
+
+    Args:
+        medium: `Medium`.
+        si: on the boundary, `si.t` from the point of scattering.
+        w: direction of travel.
+        before: direction of travel before the scattering.
+
+    Returns:
+        ``mi.Spectrum``: phase function, attenuation and transmittance (see `integrators.dipole`).
+    """
+    cos = dr.dot(w, si.sh_frame.n)
+    F_t, cos_t = transmitted(dr.maximum(cos, 0), medium.eta)
+    bent = dr.fma(si.sh_frame.n, cos_t - cos / medium.eta, w / medium.eta)
+    ratio = cos / dr.maximum(cos_t, 1e-6)
+    T = dr.exp(-(medium.sigma_s + medium.sigma_a) * si.t * ratio)
+    value = medium.tint * phase(medium, dr.dot(bent, before)) * T * (F_t * ratio)
+    return dr.select(cos > 0, value, 0)

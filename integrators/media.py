@@ -1,0 +1,79 @@
+"""Finds the translucent materials of a scene."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from integrators.inside import no_medium
+
+
+class Media:
+    """The translucent materials of a scene, as known before the kernel is traced."""
+
+    def __init__(self, scene):
+        self.inner = {}
+        self.mixed = False
+        for outer in outermost_materials(scene):
+            leaves = list(leaf_materials(outer))
+            translucent = [leaf for leaf in leaves if hasattr(leaf, "medium")]
+            if translucent:
+                self.inner[outer] = translucent[0]
+                self.mixed |= len(leaves) > 1
+        self.passable = any(bsdf.level == -1 for bsdf in self.inner.values())
+
+    def __bool__(self):
+        return bool(self.inner)
+
+    def translucent(self, bsdf):
+        """Return the ``mi.BSDFPtr`` of what is translucent in a mask, a bump map and the like."""
+        pairs = [
+            [dr.reinterpret_array(mi.UInt32, mi.BSDFPtr(b))[0] for b in pair]
+            for pair in self.inner.items()
+        ]
+        if all(outer == inner for outer, inner in pairs):
+            return bsdf
+        table = np.arange(max(outer for outer, _ in pairs) + 1, dtype=np.uint32)
+        for outer, inner in pairs:
+            table[outer] = inner
+        index = dr.reinterpret_array(mi.UInt32, bsdf)
+        index = dr.gather(mi.UInt32, mi.UInt32(table), index, index < len(table))
+        return dr.reinterpret_array(mi.BSDFPtr, index)
+
+
+def nested(parent, kind):
+    """The objects of a kind directly below `parent`."""
+
+    class Collector(mi.TraversalCallback):
+        def __init__(self):
+            mi.TraversalCallback.__init__(self)
+            self.found = []
+
+        def put(self, name, value, flags, cpptype=None):
+            if isinstance(value, kind):
+                self.found.append(value)
+
+    collector = Collector()
+    parent.traverse(collector)
+    return collector.found
+
+
+def outermost_materials(parent):
+    """The BSDFs of all shapes below `parent`, those of instances included."""
+    materials = set(nested(parent, mi.BSDF))
+    for shape in nested(parent, mi.Shape):
+        materials |= outermost_materials(shape)
+    return materials
+
+
+def leaf_materials(bsdf):
+    """Yield the BSDFs below `bsdf` that have none below them, itself if it has none."""
+    children = nested(bsdf, mi.BSDF)
+    if not children:
+        yield bsdf
+    for child in children:
+        yield from leaf_materials(child)
+
+
+def medium_of(bsdf, si, active):
+    """The `Medium` of one BSDF, for ``dr.dispatch``."""
+    return bsdf.medium(si, active) if hasattr(bsdf, "medium") else no_medium()

@@ -1,0 +1,134 @@
+"""Where light has entered: probe rays on the surface that it leaves (King et al. 2013).
+
+A. King, C. Kulla, A. Conty, M. Fajardo, "BSSRDF Importance Sampling", SIGGRAPH 2013 Talks: a point
+is drawn on a disk around the point in question by the profile of diffusion, and a ray
+perpendicular to the disk finds the surface there. The disk lies across one of three axes, the
+profile is that of one channel, and multiple importance sampling combines all choices. Here the ray
+visits every hit on the same object; one of them is kept, with a probability in proportion to what
+it carries, for all of them.
+"""
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from integrators.diffusion import pick
+
+AXES = (0.5, 0.25, 0.25)
+"""Probabilities of the normal and the two tangents."""
+
+MAX_HITS = 256
+"""Surfaces that one probe ray visits at most."""
+
+ROUNDING = 1e-6
+"""Relative size of heights that are taken for the rounding of float32 positions."""
+
+
+@dataclass
+class Entry:
+    """A point where light enters.
+
+    Attributes:
+        ray, pi: ``mi.Ray3f`` and ``mi.PreliminaryIntersection3f`` that give the point.
+        weight: ``mi.Spectrum``, the profile's `weight` over the density of the point.
+    """
+
+    ray: object
+    pi: object
+    weight: object
+
+
+def choose_axis(n, sample):
+    """Return the frame whose z is the drawn axis, among the normal `n` and two tangents."""
+    frame = mi.Frame3f(n)
+    first, second = sample < AXES[0], sample < AXES[0] + AXES[1]
+    z = dr.select(first, frame.n, dr.select(second, frame.s, frame.t))
+    x = dr.select(first, frame.s, dr.select(second, frame.t, frame.n))
+    return frame, mi.Frame3f(x, dr.cross(z, x), z)
+
+
+def density(profile, p_channel, frame, d, n):
+    """Return the density per area of the surface of a point at the offset `d` with normal `n`."""
+    total = mi.Float(0)
+    local_d, local_n = frame.to_local(d), frame.to_local(n)
+    for p_axis, axis in zip(AXES, (2, 0, 1), strict=True):
+        across = [local_d[i] for i in range(3) if i != axis]
+        r = dr.sqrt(dr.fma(across[0], across[0], across[1] * across[1]))
+        p = dr.sum(p_channel * profile.pdf(r))
+        total = dr.fma(p_axis * dr.abs(local_n[axis]), p, total)
+    return total
+
+
+@dr.syntax
+def find_entry(scene, si, profile, throughput, sample1, sample2, sample3, active):
+    """Draw a point where light that leaves at `si` has entered.
+
+    Args:
+        scene: the scene.
+        si: where light leaves.
+        profile: of `integrators.diffusion`, for the medium behind `si`.
+        throughput: ``mi.Spectrum`` of the path, which the choice of the channel follows.
+        sample1: ``mi.Point2f``, uniform variates for channel and axis.
+        sample2: ``mi.Point2f``, for the point on the disk.
+        sample3: ``mi.Float``, for the choice among hits.
+        active: lanes.
+
+    Returns:
+        `Entry`; its weight is 0 where no point was found.
+    """
+    channel, p_channel = pick(throughput * profile.R_d, sample1.x)
+    frame, disk = choose_axis(si.n, sample1.y)
+    r = profile.sample_radius(channel, sample2.x)
+    sin, cos = dr.sincos(dr.two_pi * sample2.y)
+    offset = disk.to_world(mi.Vector3f(r * cos, r * sin, 0))
+
+    # Heights below `rounding` cannot be told from 0; the ray has to be longer than that.
+    rounding = ROUNDING * (1 + dr.max(dr.abs(si.p)))
+    height = dr.sqrt(dr.maximum(profile.r_max * profile.r_max - r * r, 0)) + 16 * rounding
+    first = dr.zeros(mi.Ray3f)
+    first.o, first.d = dr.fma(height, disk.n, si.p + offset), -disk.n
+    first.maxt, first.time, first.wavelengths = 2 * height, si.time, si.wavelengths
+
+    chosen = dr.zeros(mi.PreliminaryIntersection3f)
+    value, chosen_weight, total = mi.Spectrum(0), mi.Float(1), mi.Float(0)
+    ray, t, u = mi.Ray3f(first), mi.Float(0), mi.Float(sample3)
+    hits = mi.UInt32(0)
+    searching = mi.Bool(active)
+    while dr.hint(searching, label="Probe"):
+        pi = scene.ray_intersect_preliminary(ray, coherent=False, active=searching)
+        searching &= pi.is_valid()
+        hit = pi.compute_surface_interaction(ray, mi.RayFlags.Minimal, searching)
+        t += pi.t
+        z = height - t
+        z = dr.select(dr.abs(z) > rounding, z, 0)
+        d = dr.fma(z, disk.n, offset)
+        distance = dr.norm(d)
+        same = searching & (pi.shape == si.shape) & (pi.instance == si.instance)
+        same &= distance <= profile.r_max
+        p = density(profile, p_channel, frame, d, hit.n)
+        carried = profile.weight(distance) / dr.maximum(p, 1e-30)
+        weight = dr.select(
+            same & (p > 0), dr.mean(throughput * profile.value(distance)) / dr.maximum(p, 1e-30), 0
+        )
+        # Weighted reservoir; u stays uniform.
+        total += weight
+        share = weight / dr.maximum(total, 1e-30)
+        take = (weight > 0) & (u < share)
+        u = dr.select(take, u / dr.maximum(share, 1e-30), (u - share) / dr.maximum(1 - share, 1e-7))
+        kept = mi.PreliminaryIntersection3f(pi)
+        kept.t = mi.Float(t)
+        chosen = dr.select(take, kept, chosen)
+        value = dr.select(take, carried, value)
+        chosen_weight = dr.select(take, weight, chosen_weight)
+
+        onwards = hit.spawn_ray(ray.d)
+        t += dr.dot(onwards.o - hit.p, ray.d)
+        onwards.maxt = 2 * height - t
+        ray = onwards
+        hits += 1
+        searching &= (hits < MAX_HITS) & (ray.maxt > 0)
+
+    found = total > 0
+    scale = dr.select(found, total / chosen_weight, 0)
+    return Entry(first, chosen, value * scale)
