@@ -8,6 +8,8 @@ every Mitsuba variant that gets set, before or after::
     document = relume.read("room.txt")
     picture = relume.render(document, spp=64)        # (height, width, 3) float32, linear RGB
     scene = relume.translate(document)               # for mi.load_dict
+    found = relume.compare("room.txt", with_="volpath")           # found.verdict(), found.report()
+    measured = relume.chart("room.txt", seconds=30)               # measured.curves
 """
 
 from relume import llvm
@@ -17,6 +19,8 @@ llvm.install()
 
 from relume import plugins  # noqa: E402, F401
 from relume.application import read, render, translate  # noqa: E402
+from relume.workbench.charting import chart  # noqa: E402
+from relume.workbench.comparing import compare  # noqa: E402
 from translator.diagnostics import SceneError  # noqa: E402
 
-__all__ = ["SceneError", "read", "render", "translate"]
+__all__ = ["SceneError", "chart", "compare", "read", "render", "translate"]

@@ -216,6 +216,66 @@ def stability(as_json, **options):
 
 
 @main.command()
+@click.argument("scenes", nargs=-1, required=True, type=click.Path(), metavar="SCENE...")
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    default="charts",
+    show_default=True,
+    metavar="DIR",
+    help="Folder for figures (SVG, PNG) and data (CSV).",
+)
+@click.option(
+    "--method",
+    multiple=True,
+    metavar="ID",
+    help="A method or integrator plugin (repeatable); by default all that can render the scene.",
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0, min_open=True),
+    default=60.0,
+    show_default=True,
+    callback=not_nan,
+    help="Time of all measured renders of a scene, about.",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(min=4),
+    default=8,
+    show_default=True,
+    help="Independent renders at each number of samples.",
+)
+@click.option("--size", type=Size(), help="Size of the pictures; by default at most 160 across.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
+@click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")
+@scene_options
+def chart(scenes, out, **options):
+    """Chart the error of methods over time: who is how accurate after how many seconds?
+
+    Every method renders independent pictures of growing numbers of samples, in turn with the
+    others. The reference is kept for the next time. Ctrl-C keeps what is done. The exit status is 1
+    if a scene has no chart.
+    """
+    from relume.workbench import chart_files, chart_table
+
+    with readable_errors():
+        charts, written, failed = chart_files.run(scenes, out, Console(stderr=True), **options)
+    console = Console()
+    for made in charts:
+        chart_table.print_summary(made, console)
+    for line in chart_table.explanations(charts[-1]) if charts else ():
+        click.echo(line)
+    for path in written:
+        click.echo(path)
+    for scene, why in failed.items():
+        click.echo(f"relume: {scene}: {why}", err=True)
+    sys.exit(1 if failed else 0)
+
+
+@main.command()
 def doctor():
     """Tell what this machine renders with, and what to do if it does not."""
     from relume import doctor as examination

@@ -94,6 +94,8 @@ def rendered(stage, method, spp, seed, watch=None):
 
 def cached(path, key):
     """The reference in a file of the cache; None if there is none or it is not sound."""
+    if not path.is_file():
+        return None
     try:
         estimate, about = estimate_files.read(path)
     except ValueError:

@@ -1,0 +1,155 @@
+"""Charts as figures: error over wall and processor time, log-log, with bands and Pareto front."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont
+from matplotlib.ft2font import FT2Font
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from relume.output import replacing
+from relume.workbench.chart_table import TARGETS
+
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
+"""Of Okabe and Ito: told apart by colour-blind readers, too."""
+
+MARKERS = "osD^vPX*"
+CLOCKS = {"wall": "wall time of a render [s]", "cpu": "processor time, all threads [s]"}
+FLOOR_COLOR = "0.55"
+
+
+def chart_figure(chart):
+    """The `Figure` of a `charting.Chart`: a panel for each clock."""
+    figure = Figure(figsize=(9.2, 4.2), layout="constrained")
+    panels = figure.subplots(1, len(CLOCKS), sharey=True)
+    styles = style_of([curve.name for curve in chart.curves])
+    for axes, clock in zip(panels, CLOCKS, strict=True):
+        draw(axes, chart, clock, styles)
+        axes.set_xlabel(CLOCKS[clock])
+    panels[0].set_ylabel("relMSE, the reference's noise taken off")
+    noise_scale(panels[-1])
+    panels[0].legend(fontsize=8, framealpha=0.8)
+    width, height = chart.settings["size"]
+    figure.suptitle(f"{printable(chart.name)}, {width}x{height}", fontsize=11)
+    return figure
+
+
+def overview_figure(charts):
+    """The `Figure` of several charts: a panel for each, over wall time."""
+    columns = min(4, len(charts))
+    rows = -(-len(charts) // columns)
+    figure = Figure(figsize=(3 * columns, 2.7 * rows + 0.5), layout="constrained")
+    names = dict.fromkeys(curve.name for chart in charts for curve in chart.curves)
+    styles = style_of(names)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    shown = {}
+    for axes, chart in zip(panels, charts, strict=False):
+        draw(axes, chart, "wall", styles)
+        axes.set_title(printable(chart.name), fontsize=9)
+        handles, labels = axes.get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+    for axes in panels[len(charts) :]:
+        axes.set_axis_off()
+    figure.supxlabel(CLOCKS["wall"], fontsize=9)
+    figure.supylabel("relMSE", fontsize=9)
+    figure.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=6, fontsize=8)
+    return figure
+
+
+def style_of(names):
+    """Colour and marker of each method."""
+    return {
+        name: {"color": COLORS[i % len(COLORS)], "marker": MARKERS[i % len(MARKERS)]}
+        for i, name in enumerate(names)
+    }
+
+
+def draw(axes, chart, clock, styles):
+    """Draw the curves of a chart over one clock."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for curve in chart.curves:
+        draw_curve(axes, curve, clock, styles[curve.name])
+    front = chart.front(clock)
+    x = [curve.time(clock)[level] for curve, level in front]
+    y = [curve.error()[0][level] for curve, level in front]
+    axes.plot(x, y, color="0.5", linewidth=6, alpha=0.3, zorder=0, label="Pareto front")
+    low, high = axes.get_ylim()
+    if chart.reference.noise > low / 30:
+        axes.axhline(
+            chart.reference.noise,
+            color=FLOOR_COLOR,
+            linestyle=":",
+            label="noise of the reference",
+        )
+    for target in TARGETS:
+        if low < target**2 < high:
+            axes.axhline(target**2, color="0.85", linewidth=0.8, zorder=-1)
+    axes.grid(True, which="major", color="0.92", zorder=-2)
+    plain_ticks(axes.xaxis)
+    axes.tick_params(labelsize=8)
+
+
+def plain_ticks(axis):
+    """Ticks of a logarithmic axis at 1, 2 and 5, with plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def draw_curve(axes, curve, clock, style):
+    """Draw error with its band, and bias² where it is more than chance."""
+    times = curve.time(clock)
+    e, half = curve.error()
+    seen = e > 0
+    if not seen.any():
+        return
+    factor = np.exp(half[seen] / e[seen])  # a band of the logarithm: never below 0
+    color = style["color"]
+    band = (e[seen] / factor, e[seen] * factor)
+    axes.fill_between(times[seen], *band, color=color, alpha=0.2, linewidth=0)
+    axes.plot(times[seen], e[seen], markersize=4, linewidth=1.3, label=curve.name, **style)
+    if curve.biased():
+        b, b_half = curve.bias2()
+        known = b > b_half
+        dashed = {"color": color, "linestyle": "--", "linewidth": 1}
+        axes.plot(times[known], b[known], label=f"bias² of {curve.name}", **dashed)
+
+
+def noise_scale(axes):
+    """A second scale of relative noise, the root of relMSE [%]."""
+    right = axes.secondary_yaxis(
+        "right",
+        functions=(lambda e: 100 * np.sqrt(np.maximum(e, 0)), lambda p: (np.asarray(p) / 100) ** 2),
+    )
+    right.set_ylabel("relative noise [%]")
+    plain_ticks(right.yaxis)
+    right.tick_params(labelsize=8)
+
+
+def printable(text):
+    """Text with the characters that the font of the figures has; □ for the others."""
+    font = FT2Font(findfont(FontProperties(family="DejaVu Sans")))
+    return "".join(c if font.get_char_index(ord(c)) else "□" for c in text)
+
+
+def save(figure, path, description):
+    """Write a figure as SVG or PNG by the extension, the same bytes for the same figure.
+
+    Args:
+        figure: `Figure`.
+        path: the file.
+        description: kept in it, such as the command that makes it.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    path = Path(path)
+    kind = path.suffix.lstrip(".")
+    settings = {"svg.fonttype": "none", "svg.hashsalt": "relume"}
+    metadata = {"Description": description}
+    metadata |= {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
+    with matplotlib.rc_context(settings), replacing(path) as temporary:
+        figure.savefig(temporary, format=kind, dpi=110, metadata=metadata)

@@ -1,0 +1,117 @@
+"""The files of `relume chart`: a figure and its data for each scene, and an overview of several."""
+
+from pathlib import Path
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from relume.application import read
+from relume.output import check_writable, replacing
+from relume.rendering import interruptible
+from relume.session import CannotRender
+from relume.workbench import chart_figure, chart_table
+from relume.workbench.charting import chart
+
+KINDS = (".svg", ".png")
+
+
+def run(scenes, out, console, **options):
+    """Chart scenes with progress, writing each as soon as it is measured.
+
+    Args:
+        scenes: scene files.
+        out: folder for the figures and data; it is made.
+        console: `rich.console.Console` for the progress.
+        options: as `charting.chart`.
+
+    Returns:
+        The `Chart` of each scene, the paths written, and why scenes have no chart, by scene.
+
+    Raises:
+        SceneError: a scene file has errors; nothing was rendered then.
+        OutputError: the folder cannot be written.
+    """
+    for scene in scenes:
+        read(scene)
+    check_writable(Path(out) / "methods.csv")
+    charts, written, failed = [], [], {}
+    columns = (
+        TextColumn("{task.description}"),
+        MofNCompleteColumn(),
+        BarColumn(),
+        TimeRemainingColumn(),
+    )
+    quiet = not console.is_terminal
+    with (
+        Progress(*columns, console=console, transient=True, disable=quiet) as bar,
+        interruptible() as stop,
+    ):
+        for scene, name in zip(scenes, unique_names(scenes), strict=True):
+            task = bar.add_task(f"{name}: warm-up", total=None)
+
+            def watch(what, done, of, task=task, name=name):
+                bar.update(task, description=f"{name}: {what}", completed=done, total=of)
+                return bool(stop)
+
+            try:
+                made = chart(scene, watch=watch, **options)
+            except CannotRender as error:
+                failed[scene] = str(error)
+            else:
+                charts.append(made)
+                written += write_chart(made, Path(out) / name)
+            bar.remove_task(task)
+            if stop:
+                break
+    return charts, written + write_overview(charts, Path(out)), failed
+
+
+def unique_names(scenes):
+    """A file name for each scene: its own without extension, numbered where two are the same."""
+    taken = []
+    for scene in scenes:
+        name = stem = Path(scene).stem
+        number = 1
+        while name in taken:
+            number += 1
+            name = f"{stem}-{number}"
+        taken.append(name)
+    return taken
+
+
+def write_chart(made, path):
+    """Write the figure and the points of a chart; returns the paths.
+
+    Args:
+        made: `Chart`.
+        path: of the files, without extension.
+    """
+    figure = chart_figure.chart_figure(made)
+    files = [path.with_name(path.name + kind) for kind in KINDS]
+    for file in files:
+        chart_figure.save(figure, file, made.settings["command"])
+    points = path.with_name(path.name + ".csv")
+    write_text(points, chart_table.as_csv(chart_table.POINTS, chart_table.points(made)))
+    return [*files, points]
+
+
+def write_overview(charts, folder):
+    """Write the table of all methods, and the overview if there are several charts."""
+    if not charts:
+        return []
+    rows = [row for made in charts for row in chart_table.summary(made)]
+    table = folder / "methods.csv"
+    write_text(table, chart_table.as_csv(rows[0], [row.values() for row in rows]))
+    if len(charts) == 1:
+        return [table]
+    figure = chart_figure.overview_figure(charts)
+    files = [folder / f"overview{kind}" for kind in KINDS]
+    for file in files:
+        commands = "\n".join(made.settings["command"] for made in charts)
+        chart_figure.save(figure, file, commands)
+    return [*files, table]
+
+
+def write_text(path, text):
+    """Write a text file, whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

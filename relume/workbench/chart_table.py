@@ -1,0 +1,125 @@
+"""The figures of charts: CSV of all points, and a table of methods for files and terminal."""
+
+import csv
+import io
+import math
+
+from rich.table import Table
+from rich.text import Text
+
+TARGETS = (0.05, 0.01)
+"""Relative noise to which times are told: the root of relMSE."""
+
+POINTS = (
+    "scene", "method", "spp", "runs", "wall_s", "cpu_s", "error", "error_plus_minus", "bias2",
+    "bias2_plus_minus", "reference_noise", "on_front",
+)  # fmt: skip
+
+
+def points(chart):
+    """Every point of a chart: a list of rows as `POINTS` names them."""
+    front = {(curve.name, level) for curve, level in chart.front()}
+    rows = []
+    for curve in chart.curves:
+        measured = (curve.time("wall"), curve.time("cpu"), *curve.error(), *curve.bias2())
+        for level, values in enumerate(zip(*measured, strict=True)):
+            named = (chart.name, curve.name, int(curve.spp[level]), curve.runs)
+            on_front = int((curve.name, level) in front)
+            rows.append((*named, *map(float, values), chart.reference.noise, on_front))
+    return rows
+
+
+def summary(chart):
+    """What the points say of each method: a list of dictionaries of JSON values.
+
+    `slope` is that of the error over samples, `slope_of_time` over wall time; `bias` the root of
+    bias², relative, or the most that it can be where `biased` is False. Times are in seconds; None
+    stands for never, and for slopes that cannot be told.
+    """
+    front = [curve.name for curve, _ in chart.front()]
+    rows = []
+    for curve in chart.curves:
+        slope, of_time = curve.slope(), curve.slope(curve.time())
+        bias2, bias2_half = (float(x[-1]) for x in curve.bias2())
+        biased = curve.biased()
+        row = {
+            "scene": chart.name,
+            "method": curve.name,
+            "first_s": curve.first,
+            "most_spp": int(curve.spp[-1]),
+            "slope": slope and slope[0],
+            "slope_plus_minus": slope and slope[1],
+            "slope_of_time": of_time and of_time[0],
+            "biased": biased,
+            "bias": math.sqrt(max(bias2 if biased else bias2 + bias2_half, 0)),
+        }
+        for clock in ("wall", "cpu"):
+            for target in TARGETS:
+                time, half = curve.time_to(target**2, clock)
+                name = f"{clock}_s_to_{100 * target:g}_percent"
+                row[name] = time if math.isfinite(time) else None
+                row[f"{name}_factor"] = math.exp(half) if math.isfinite(half) else None
+        row["points_on_front"] = front.count(curve.name)
+        row["not_finite"] = curve.not_finite
+        rows.append(row)
+    return rows
+
+
+def as_csv(head, rows):
+    """Rows as the text of a CSV file; numbers with six digits."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    for row in rows:
+        writer.writerow(f"{x:.6g}" if isinstance(x, float) else x for x in row)
+    return text.getvalue()
+
+
+def cells(row):
+    """A row of `summary` in words: pairs of heading and text."""
+
+    def time(clock, target):
+        seconds = row[f"{clock}_s_to_{100 * target:g}_percent"]
+        return "never" if seconds is None else f"{seconds:.3g} s"
+
+    slope = "-"
+    if row["slope"] is not None:
+        slope = f"{row['slope']:.2f} ± {row['slope_plus_minus']:.2f}"
+    return [
+        ("method", row["method"]),
+        ("slope", slope),
+        ("bias", f"{'' if row['biased'] else '< '}{100 * row['bias']:.2g} %"),
+        *((f"{100 * target:g} % in", time("wall", target)) for target in TARGETS),
+        (f"CPU, {100 * TARGETS[0]:g} %", time("cpu", TARGETS[0])),
+        ("front", str(row["points_on_front"])),
+        ("first run", f"+{row['first_s']:.2f} s"),
+    ]
+
+
+def print_summary(chart, console):
+    """Print the table of a chart."""
+    rows = [cells(row) for row in summary(chart)]
+    console.print(Text(f"\n{chart.name}", style="bold"))
+    table = Table(box=None, padding=(0, 1), header_style="bold")
+    for column, (head, _) in enumerate(rows[0]):
+        table.add_column(Text(head), justify="right" if column else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*(Text(text) for _, text in row))
+    console.print(table)
+    for name, why in chart.skipped.items():
+        console.print(Text(f"{name} is left out: {why}", style="yellow"))
+
+
+def explanations(chart):
+    """What the figures of a chart mean: a list of sentences."""
+    about = chart.reference.about
+    return [
+        "Error is relMSE, the reference's own noise taken off; ± is the 95 % interval over"
+        f" {chart.settings['runs']} independent renders at each number of samples.",
+        "Slope is that of log error over log samples: -1 without bias. Bias is the root of bias² at"
+        " the most samples, relative; after < the most that it can be.",
+        "Times are those to 5 % and 1 % relative noise, the root of relMSE; beyond the measured"
+        " points the variance falls with the samples and the bias stays. First run: compilation.",
+        f"Reference: {about['method']}, {about['runs']} x {about['spp']} samples of a pixel,"
+        f" relMSE {chart.reference.noise:.2g}.",
+    ]

@@ -1,0 +1,212 @@
+"""Error curves: from independent pictures at growing numbers of samples to slopes and times.
+
+With pictures I_1 .. I_n of a method at one number of samples, the reference R and its variance V,
+and the weights w of relMSE,
+
+    G_ij = mean(w (I_i - R) (I_j - R)) - mean(w V)
+
+has the expectation bias² for i != j and bias² + variance for i = j: the noise of R is taken off. So
+the error is the mean of its diagonal and bias² that of the rest, without any assumption on the
+noise: pixels of one picture may depend on each other, as those of Markov chains do. Intervals are
+the jackknife's, over the pictures.
+
+Source: Celarek et al., Quantifying the Error of Light Transport Algorithms, Computer Graphics Forum
+38, 2019 (many short renders; the reference's variance); Efron and Stein, The Jackknife Estimate of
+Variance, Annals of Statistics 9, 1981.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from relume.workbench import measures, statistics
+
+CONFIDENCE = 0.95
+
+LEAST_LEVELS = 3
+"""Numbers of samples that a slope needs."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What was measured of one method.
+
+    Attributes:
+        name: of the method.
+        spp: (levels,) samples of a pixel, growing.
+        gram: (levels, runs, runs) matrices G.
+        shared: (levels,) variances of bias² by the noise of the reference, the same for all runs.
+        wall: (levels, runs) durations [s].
+        cpu: (levels, runs) processor times [s].
+        first: duration of the very first render beyond that of the next one [s]: compilation.
+        not_finite: values that were NaN or infinite; they count as 0.
+    """
+
+    name: str
+    spp: np.ndarray
+    gram: np.ndarray
+    shared: np.ndarray
+    wall: np.ndarray
+    cpu: np.ndarray
+    first: float
+    not_finite: int
+
+    @property
+    def runs(self):
+        """Independent pictures at each number of samples."""
+        return self.gram.shape[1]
+
+    def time(self, clock="wall"):
+        """Median time of a render at each number of samples [s]; `clock` is `wall` or `cpu`."""
+        return np.median(getattr(self, clock), axis=1)
+
+    def error(self):
+        """relMSE with the half-width of its interval, (levels,) each; the reference's noise is
+        taken off."""
+        return jackknife(error, self.gram)
+
+    def bias2(self):
+        """bias² of relMSE with the half-width of its interval, (levels,) each."""
+        return jackknife(bias2, self.gram, self.shared)
+
+    def biased(self):
+        """Whether the bias at the most samples is more than chance and the reference explain."""
+        value, half = jackknife(bias2, self.gram[-1:], self.shared[-1:], confidence=0.999)
+        return bool(value[0] > half[0])
+
+    def slope(self, x=None):
+        """Slope of log error over log x with the half-width of its interval.
+
+        Args:
+            x: (levels,); None for the numbers of samples.
+
+        Returns:
+            Two numbers; None if there are fewer than `LEAST_LEVELS` errors above 0.
+        """
+        x = np.log(self.spp if x is None else x)
+        seen = error(self.gram) > 0
+        if seen.sum() < LEAST_LEVELS:
+            return None
+
+        def fitted(gram):
+            e = error(gram)[seen]
+            return np.polyfit(x[seen], np.log(e), 1)[0] if (e > 0).all() else np.nan
+
+        value, half = jackknife(fitted, self.gram)
+        return float(value), float(half)
+
+    def time_to(self, target, clock="wall"):
+        """Time until the error falls to a target [s], with the interval of its logarithm.
+
+        Between the measured points it is interpolated; beyond the last one the variance is taken to
+        fall with the number of samples and the bias to stay.
+
+        Args:
+            target: relMSE.
+            clock: `wall` or `cpu`.
+
+        Returns:
+            Time and half-width of log time; time infinite where the bias is above the target.
+        """
+        times, stays = self.time(clock), self.biased()
+
+        def found(gram):
+            floor = max(float(bias2(gram)[-1]), 0.0) if stays else 0.0
+            return math.log(reached(target, times, error(gram), floor))
+
+        value, half = jackknife(found, self.gram)
+        return math.exp(value), float(half)
+
+
+def gram(pictures, reference):
+    """The matrix G of one number of samples, and the variance that the reference gives its bias².
+
+    Args:
+        pictures: (runs, height, width, 3), finite.
+        reference: `statistics.Estimate`.
+
+    Returns:
+        (runs, runs) and a number.
+    """
+    w, V = measures.weight(reference), reference.pixels.variance
+    off = np.asarray(pictures, dtype=float) - reference.pixels.mean
+    flat = (np.sqrt(w) * off).reshape(len(off), -1)
+    count = flat.shape[1]
+    d = off.mean(axis=0)
+    # Var mean(w (d² - V)) <= 4 mean(w² d² V) / count, d being off by the noise of R: delta method.
+    shared = 4 * float((w**2 * d**2 * V).mean()) / count
+    return flat @ flat.T / count - float((w * V).mean()), shared
+
+
+def error(gram):
+    """Mean of the diagonals of (levels, runs, runs)."""
+    return np.trace(gram, axis1=1, axis2=2) / gram.shape[1]
+
+
+def bias2(gram):
+    """Mean of what is off the diagonals of (levels, runs, runs)."""
+    runs = gram.shape[1]
+    return (gram.sum(axis=(1, 2)) - runs * error(gram)) / (runs * (runs - 1))
+
+
+def jackknife(function, gram, shared=0.0, confidence=CONFIDENCE):
+    """The value of a function of the runs, and the half-width of its interval.
+
+    Args:
+        function: from (levels, runs, runs) to a number or an array.
+        gram: (levels, runs, runs), 3 runs or more.
+        shared: variance of what all runs have in common.
+        confidence: of the interval.
+
+    Returns:
+        Value and half-width; the latter is NaN or infinite where the value is.
+    """
+    runs = gram.shape[1]
+    keep = ~np.eye(runs, dtype=bool)
+    without = np.array([function(gram[:, k][:, :, k]) for k in keep])
+    value = np.asarray(function(gram))
+    with np.errstate(invalid="ignore"):
+        variance = (runs - 1) * without.var(axis=0)
+    dof = np.full(value.shape, runs - 1.0)
+    return value, statistics.half_width(variance + shared, dof, confidence)
+
+
+def reached(target, times, errors, floor=0.0):
+    """Time at which an error curve falls to a target.
+
+    Args:
+        target: error.
+        times: (levels,) growing [s].
+        errors: (levels,).
+        floor: the part of the last error that stays.
+
+    Returns:
+        Time [s]; infinite if the target is not above the floor; the first time if the curve begins
+        below the target.
+    """
+    (below,) = np.nonzero(errors <= target)
+    if len(below) and below[0] == 0:
+        return float(times[0])
+    if len(below):
+        k = below[0]
+        low = max(float(errors[k]), 1e-3 * target)  # noise may take it to 0
+        share = math.log(errors[k - 1] / target) / math.log(errors[k - 1] / low)
+        return float(times[k - 1] * (times[k] / times[k - 1]) ** share)
+    if target <= floor:
+        return math.inf
+    return float(times[-1] * (errors[-1] - floor) / (target - floor))
+
+
+def pareto(points):
+    """Indices of the points that no other beats in both coordinates, by the first coordinate.
+
+    Args:
+        points: pairs of time and error.
+    """
+    best, front = math.inf, []
+    for index in sorted(range(len(points)), key=lambda i: points[i]):
+        if points[index][1] < best:
+            best = points[index][1]
+            front.append(index)
+    return front
