@@ -1,4 +1,4 @@
-"""The command line: `relume check | render | compare | stability | convert | doctor`."""
+"""The command line: `relume check | render | merge | compare | stability | convert | doctor`."""
 
 import json
 import sys
@@ -23,6 +23,19 @@ class Size(click.ParamType):
         if not (width.isdigit() and height.isdigit()):
             self.fail(f"expected {SIZE}, such as 640x480, found '{value}'", param, ctx)
         return int(width), int(height)
+
+
+class Passes(click.ParamType):
+    """A range of passes such as 10:20."""
+
+    name = "START:STOP"
+
+    def convert(self, value, param, ctx):
+        """The pair (start, stop)."""
+        start, _, stop = value.partition(":")
+        if not (start.isdecimal() and stop.isdecimal() and int(start) < int(stop)):
+            self.fail(f"expected START:STOP, such as 10:20, found '{value}'", param, ctx)
+        return int(start), int(stop)
 
 
 def scene_options(command):
@@ -113,6 +126,13 @@ def not_nan(_ctx, _param, value):
     callback=not_nan,
     help="Stop then, with what there is.",
 )
+@click.option("--resume", is_flag=True, help="Go on with the passes that FILE.passes.exr holds.")
+@click.option("--keep", is_flag=True, help="Leave them there for a later --resume with more --spp.")
+@click.option(
+    "--passes",
+    type=Passes(),
+    help="Render passes START to STOP - 1 alone, into -o PART.exr for relume merge.",
+)
 @scene_options
 def render(scene, **options):
     """Render a scene file; Ctrl-C keeps the picture so far."""
@@ -122,6 +142,31 @@ def render(scene, **options):
     with readable_errors():
         for path in render_file(scene, console=console, **options):
             click.echo(path)
+
+
+@main.command()
+@click.argument("parts", nargs=-1, required=True, metavar="PART.exr...", type=click.Path())
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    required=True,
+    metavar="FILE",
+    help="Picture file; FILE.passes.exr takes the passes themselves.",
+)
+def merge(parts, out):
+    """Merge passes that `relume render --passes` wrote into one picture.
+
+    The exit status is 3 if passes are missing: the picture has fewer samples then.
+    """
+    from relume import merging
+
+    console = Console(stderr=True)
+    with readable_errors():
+        written, missing = merging.merge(parts, out, console)
+        for path in written:
+            click.echo(path)
+        sys.exit(3 if missing else 0)
 
 
 @main.command()

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+PER_PASS = "samples of a pixel in a pass"
 DIGEST = 16  # bytes: among 2^40 scenes, two collide with probability 2^-49
 FILE_KEY = "filename"
 """Key of a scene dictionary whose value is the path of a file."""
@@ -52,6 +53,44 @@ def file_hash(path):
 def versions():
     """Versions of what the values of a rendered sample depend on, by package."""
     return {name: importlib.metadata.version(name) for name in ("relume", "mitsuba", "drjit")}
+
+
+def of_render(translation, variant, seed, integrator, per_pass):
+    """What the samples of a pass depend on, besides its index and their number.
+
+    Args:
+        translation: the translated scene.
+        variant: Mitsuba variant.
+        seed: seed of the render.
+        integrator: plugin id in place of the scene's integrator, or None.
+        per_pass: samples of a pixel in a pass.
+
+    Returns:
+        Dictionary of JSON values.
+    """
+    plan = translation.plan
+    return {
+        "scene": content_hash(translation.scene),
+        "size": f"{plan.width}x{plan.height}",
+        "variant": variant,
+        "integrator": integrator or plan.integrator,
+        "seed": seed,
+        PER_PASS: per_pass,
+    } | versions()
+
+
+def differences(there, here):
+    """Sentences that say in what two results of `of_render` differ.
+
+    Args:
+        there: one.
+        here: the other, called so in the sentences.
+    """
+    if there.get("scene") != here["scene"] and there.get("size") == here["size"]:
+        yield "its scene has another content"
+    for key in here:
+        if key != "scene" and there.get(key) != here[key]:
+            yield f"its {key} is {there.get(key)}, here {here[key]}"
 
 
 def _parts(value):

@@ -167,10 +167,10 @@ class PassSet:
         return result
 
     def ranges(self):
-        """The indices for a reader, such as `0:10, 12`."""
+        """The indices for a reader, such as `0:10, 12:13`."""
         joined = []
         for start, stop, _ in self.runs:
             if joined and joined[-1][1] == start:
                 start = joined.pop()[0]
             joined.append((start, stop))
-        return ", ".join(str(a) if b == a + 1 else f"{a}:{b}" for a, b in joined)
+        return ", ".join(f"{start}:{stop}" for start, stop in joined)

@@ -2,7 +2,6 @@
 
 import signal
 import sys
-import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,11 +15,19 @@ from rich.progress import (
 )
 
 import translator
-from relume import output
-from relume.application import prepared, read, resized
+from relume import identity, output
+from relume.application import prepared, read, resized, usable_variant
+from relume.keeping import Keeper
+from relume.passes import Plan
+from relume.passes_file import Header
+from relume.session import add_up
 
 DUMP_INTERVAL = 60.0
 """With a time limit the picture so far is written each minute, as the manual says [s]."""
+
+
+PASSES = ".passes.exr"
+"""Ending of the file of passes beside a picture."""
 
 
 def render_file(
@@ -35,6 +42,9 @@ def render_file(
     dialect="manual",
     asset_path=(),
     time_limit=None,
+    resume=False,
+    keep=False,
+    passes=None,
     console,
 ):
     """Render a scene file and write its picture.
@@ -51,10 +61,19 @@ def render_file(
         dialect: `manual` or `prender`.
         asset_path: folders of the scene's files.
         time_limit: seconds after which rendering stops with what it has; None for the scene's.
+        resume: go on with the passes that an earlier render left beside the picture.
+        keep: leave the passes there even if the render is finished.
+        passes: (start, stop) to render these passes alone, and write them, not a picture.
         console: `rich.console.Console` for progress and notes.
 
     Returns:
         Paths of the files written, the picture first.
+
+    Raises:
+        CannotRender: as `relume.render`; and the passes left there are of another render, or of
+            this one and `resume` is not set.
+        OutputError: a file cannot be written.
+        ValueError: a number out of range.
     """
     document = resized(read(path), size, spp)
     translation = translator.translate(document, dialect, asset_path)
@@ -62,23 +81,66 @@ def render_file(
     if time_limit is None and document.time_limit >= 0:
         time_limit = document.time_limit * 3600
     destination = Destination(document, out)
-    destination.check()
-    with prepared(translation, seed, integrator, variant) as session, interruptible() as stop:
-        start = time.perf_counter()
-        why = run(session, Dumps(document, destination, time_limit), time_limit, stop, console)
-        seconds = time.perf_counter() - start
-        picture = session.image()
-        spectral = "spectral" in translation.plan.variant
-        spp = session.accumulator.spp
-        written = destination.write(document, picture, seconds, spp, spectral)
+    destination.check(passes)
+    planned = translation.plan
+    plan = Plan.of(planned.width, planned.height, planned.spp)
+    name = usable_variant(planned, variant)
+    header = Header(
+        render=identity.of_render(translation, name, seed, integrator, plan.per_pass),
+        spp=plan.spp,
+        seconds=0.0,
+        gamma=document.gamma_offset,
+    )
+    keeper = Keeper(destination.passes_path(), header, console)
+    accumulator = keeper.begin(planned.width, planned.height, resume)
+    to_do = chosen(plan, accumulator.done, passes)
+    asked = accumulator.spp + to_do.spp
+    seconds, why = 0.0, ""
+    with interruptible() as stop:
+        if len(to_do):
+            dumps = Dumps(document, destination, time_limit)
+            with prepared(translation, seed, integrator, name) as session:
+                steps = add_up(session.render(to_do), accumulator, len(to_do), asked)
+                seconds, why = run(steps, accumulator, (keeper, dumps), time_limit, stop, console)
+        if why or keep:
+            keeper.save(accumulator, seconds)
+        spectral = "spectral" in planned.variant
+        if passes:
+            keeper.write(destination.exact, accumulator, seconds)
+            written = output.Written((destination.exact,), 0)
+        else:
+            written = destination.write(document, accumulator, keeper.seconds + seconds, spectral)
+        if not (why or keep):
+            keeper.discard()
     if why:
-        console.print(f"[yellow]{why}[/] after {spp} of {session.spp} samples a pixel")
+        how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
+        console.print(f"[yellow]{why}[/] {how_far}")
     if written.repaired:
         why = "colours that RGB cannot hold, or noise" if spectral else "this should not happen"
         console.print(f"[yellow]{written.repaired} pixels below 0 or not finite: {why}[/]")
     for note in destination.notes:
         console.print(f"[yellow]{note}[/]", highlight=False)
     return written.paths
+
+
+def chosen(plan, done, passes=None):
+    """The `PassSet` to render.
+
+    Args:
+        plan: `Plan`.
+        done: `PassSet` of those that are there.
+        passes: (start, stop) of the only ones wanted, or None.
+
+    Raises:
+        ValueError: the plan has no such passes.
+    """
+    if passes is None:
+        return plan.to_do(done)
+    whole = plan.passes()
+    start, stop = passes
+    if not 0 <= start < stop <= len(whole):
+        raise ValueError(f"passes {start}:{stop}: expected some of 0:{len(whole)}")
+    return whole.between(start, stop).without(done)
 
 
 def report(translation, console):
@@ -119,13 +181,21 @@ class Destination:
             if self.exact is None:
                 self.notes.append(f"'{document.output}' has no known extension: written as .ppm")
 
-    def check(self):
-        """Raise `OutputError` if the picture could not be written."""
+    def check(self, passes=None):
+        """Raise `OutputError` if the picture, or the file of some passes, could not be written."""
+        if passes and (self.exact is None or self.exact.suffix.lower() != ".exr"):
+            raise output.OutputError("passes are written to a file that -o names, such as part.exr")
         probe = self.exact or output.safe_path(self.stem + self.extension, self.folder)[0]
         output.check_writable(probe)
 
-    def write(self, document, picture, seconds, spp, spectral):
-        """Write the finished picture and the BMP beside it; returns `output.Written`."""
+    def passes_path(self):
+        """Path of the passes while they are rendered: `<stem>.passes.exr` beside the picture."""
+        if self.exact is not None:
+            return self.exact.with_name(output.split_extension(self.exact.name)[0] + PASSES)
+        return output.safe_path(self.stem + PASSES, self.folder)[0]
+
+    def write(self, document, accumulator, seconds, spectral):
+        """Write the picture and the BMP beside it; returns `output.Written`."""
         path = self.exact
         if path is None:
             name = output.output_name(
@@ -134,14 +204,14 @@ class Destination:
                 document.sampling,
                 document.supersampling,
                 seconds,
-                spp,
+                accumulator.spp,
                 nes=document.next_event_estimation,
                 spectrum=spectral,
                 suffix=document.suffix,
             )
             path, note = output.safe_path(name, self.folder)
             self.notes += [note] if note else []
-        return output.write_outputs(path, picture, document.gamma_offset)
+        return output.write_outputs(path, accumulator.image(), document.gamma_offset)
 
     def dump_path(self, index):
         """Path of a picture of the progress: `image/output_W000001.bmp` beside the picture."""
@@ -171,20 +241,28 @@ class Dumps:
         self.next = self.interval
         self.count = 0
 
-    def offer(self, session, seconds):
+    def offer(self, accumulator, seconds):
         """Write the picture so far if it is time."""
         if seconds < self.next:
             return
         self.count += 1
         self.next = seconds + self.interval
-        output.write_image(self.destination.dump_path(self.count), session.image(), self.gamma)
+        output.write_image(self.destination.dump_path(self.count), accumulator.image(), self.gamma)
 
 
-def run(session, dumps, time_limit, stop, console):
+def run(steps, accumulator, keepers, time_limit, stop, console):
     """Render all passes, or until the time is up or somebody interrupts.
 
+    Args:
+        steps: iterator of `Progress`.
+        accumulator: the `Accumulator` that they fill.
+        keepers: objects with a method `offer(accumulator, seconds)`.
+        time_limit: seconds, or None.
+        stop: list that is not empty once somebody interrupts.
+        console: for the progress.
+
     Returns:
-        Why it ended early, or an empty string.
+        Seconds, and why it ended early or an empty string.
     """
     columns = (
         TextColumn("pass"),
@@ -195,24 +273,28 @@ def run(session, dumps, time_limit, stop, console):
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    pixels = session.width * session.height
+    pixels = accumulator.width * accumulator.height
     quiet = not console.is_terminal
+    before, last, pass_time = accumulator.spp, 0.0, 0.0
     with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
-        task = bar.add_task("render", total=None, rate="")
-        last = 0.0
-        for progress in session.run():
-            rate = f"{progress.spp * pixels / progress.seconds / 1e6:.2f} M samples/s"
+        task = bar.add_task("render", total=None, completed=len(accumulator.done), rate="")
+        known = None
+        for progress in steps:
+            rate = (progress.spp - before) * pixels / progress.seconds / 1e6
+            rate = f"{rate:.2f} M samples/s"
             bar.update(task, completed=progress.passes, total=progress.all_passes, rate=rate)
             if progress.passes == progress.all_passes:
-                return ""
-            dumps.offer(session, progress.seconds)
+                return progress.seconds, ""
+            if progress.passes != known:
+                known, pass_time, last = progress.passes, progress.seconds - last, progress.seconds
+                for keeper in keepers:
+                    keeper.offer(accumulator, progress.seconds)
             if stop:
-                return "interrupted"
-            pass_time, last = progress.seconds - last, progress.seconds
+                return progress.seconds, "interrupted"
             # Half a pass late on average rather than a whole one early.
             if time_limit is not None and progress.seconds + pass_time / 2 > time_limit:
-                return "time limit reached"
-    return ""
+                return progress.seconds, "time limit reached"
+    raise AssertionError("a render ends with its last pass")
 
 
 @contextmanager

@@ -67,6 +67,27 @@ def use_threads(count):
     dr.set_thread_count(cores if count is None else max(1, min(int(count), cores)))
 
 
+def add_up(passes, accumulator, count, spp):
+    """Add passes to an accumulator as they come.
+
+    Args:
+        passes: iterator of `Pass`, or of None where there is none yet.
+        accumulator: `Accumulator`.
+        count: how many passes are to come.
+        spp: samples of a pixel that the render is to have in the end.
+
+    Yields:
+        `Progress` after each pass or None.
+    """
+    start = time.perf_counter()
+    count += len(accumulator.done)
+    for found in passes:
+        if found is not None:
+            accumulator.add(found)
+        seconds = time.perf_counter() - start
+        yield Progress(len(accumulator.done), count, accumulator.spp, spp, seconds)
+
+
 def samples_rays(integrator):
     """Whether an integrator has a `sample` that tells the radiance along a ray."""
     differentiating = isinstance(integrator, mi.CppADIntegrator)
@@ -100,14 +121,20 @@ class Session:
         Yields:
             `Progress` after each pass; the render can be left at any of them.
         """
-        start = time.perf_counter()
         to_do = self.plan.to_do(self.accumulator.done)
-        all_passes = len(self.accumulator.done) + len(to_do)
+        return add_up(self.render(to_do), self.accumulator, len(to_do), self.spp)
+
+    def render(self, to_do):
+        """Render passes.
+
+        Args:
+            to_do: `PassSet`.
+
+        Yields:
+            `Pass`, in the order of their indices.
+        """
         for index, spp in to_do:
-            self.accumulator.add(self.render_pass(index, spp))
-            seconds = time.perf_counter() - start
-            done = self.accumulator.done
-            yield Progress(len(done), all_passes, done.spp, self.spp, seconds)
+            yield self.render_pass(index, spp)
 
     def render_pass(self, index, spp):
         """Render one pass.

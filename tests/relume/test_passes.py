@@ -39,7 +39,7 @@ def test_no_pass_is_taken_twice():
 
 
 def test_ranges_are_for_readers():
-    assert PassSet([(0, 10, 4), (10, 11, 1), (12, 13, 4)]).ranges() == "0:11, 12"
+    assert PassSet([(0, 10, 4), (10, 11, 1), (12, 13, 4)]).ranges() == "0:11, 12:13"
     assert PassSet().ranges() == ""
 
 

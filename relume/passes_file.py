@@ -1,0 +1,181 @@
+"""Files of passes: an accumulator as an OpenEXR picture that any viewer shows.
+
+The channels R, G, B are the picture so far. The exact sums are further channels of 32-bit integers,
+two for each double: `S-20.R.0` holds the low words of the level 2^-20 of the sum of the samples in
+red, `Q-20.R.0` that of their squares (see `exact`). The header's attribute `relume` is JSON: which
+passes they are, of which render, and a checksum.
+"""
+
+import json
+import zlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from relume.accumulator import Accumulator
+from relume.exact import LEVELS
+from relume.output import replacing
+from relume.passes import PassSet
+
+FORMAT = 1
+ATTRIBUTE = "relume"
+RGB = "RGB"
+
+
+class NoPasses(ValueError):
+    """A file holds no passes, or they are damaged; the message names it."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a file says of its passes.
+
+    Attributes:
+        render: which render they are of, as `identity.of_render`.
+        spp: samples of a pixel that the render is to have in the end.
+        seconds: time that they took.
+        gamma: the scene's `gamma_offset`, for pictures encoded for display.
+        size: width and height [pixel].
+        passes: as `PassSet` writes itself.
+        observations: as `Accumulator`.
+        checksum: of the sums.
+        format: of the file.
+    """
+
+    render: dict
+    spp: int
+    seconds: float
+    gamma: float
+    size: tuple = ()
+    passes: str = ""
+    observations: int = 0
+    checksum: int = 0
+    format: int = FORMAT
+
+    @property
+    def done(self):
+        """The `PassSet`."""
+        return PassSet.parse(self.passes)
+
+
+def write(path, accumulator, header):
+    """Write an accumulator in place of the file, so that a reader sees the old or the new one.
+
+    Args:
+        path: the file.
+        accumulator: `Accumulator`.
+        header: `Header`, of which the attributes from `size` on follow from the accumulator.
+
+    Raises:
+        OutputError: the file cannot be written; one that existed is as it was.
+    """
+    import OpenEXR
+
+    image = accumulator.image()
+    channels = {name: np.ascontiguousarray(image[..., i]) for i, name in enumerate(RGB)}
+    sums = _words("S", accumulator.sum) | _words("Q", accumulator.squares)
+    told = asdict(header) | {
+        "size": (accumulator.width, accumulator.height),
+        "passes": str(accumulator.done),
+        "observations": accumulator.observations,
+        "checksum": _checksum(sums),
+    }
+    shape = accumulator.height, accumulator.width
+    channels |= {name: words.reshape(shape) for name, words in sums.items()}
+    attributes = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage}
+    attributes[ATTRIBUTE] = json.dumps(told)
+    with replacing(Path(path)) as temporary:
+        OpenEXR.File(attributes, channels).write(str(temporary))
+
+
+def read_header(path):
+    """The `Header` of a file.
+
+    Raises:
+        NoPasses: the file holds none.
+    """
+    import OpenEXR
+
+    if not Path(path).is_file():
+        raise NoPasses(f"{path}: no such file")
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            text = file.header().get(ATTRIBUTE)
+    except RuntimeError:
+        raise NoPasses(f"{path}: no OpenEXR picture") from None
+    if not isinstance(text, str):
+        raise NoPasses(f"{path}: a picture without passes")
+    try:
+        header = Header(**json.loads(text))
+        numbers = (*header.size, header.spp, header.observations)
+        sound = len(numbers) == 4 and len(header.done) and isinstance(header.render, dict)
+        if not sound or not all(isinstance(n, int) and n > 0 for n in numbers):
+            raise ValueError("numbers out of range")
+        float(header.seconds), float(header.gamma)
+    except (TypeError, ValueError) as error:
+        raise NoPasses(f"{path}: passes with a damaged header: {error}") from None
+    if header.format != FORMAT:
+        raise NoPasses(f"{path}: passes of format {header.format}, expected {FORMAT}")
+    return header
+
+
+def read(path):
+    """Read an accumulator.
+
+    Raises:
+        NoPasses: the file holds no passes, or is damaged.
+    """
+    import OpenEXR
+
+    header = read_header(path)
+    width, height = header.size
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        read = {n: c.pixels for n, c in file.channels().items()} if file.parts else {}
+    words = {name: pixels for name, pixels in read.items() if name[0] in "SQ"}
+    alike = all(p.shape == (height, width) for p in words.values())
+    if not read or not alike or _checksum(words) != header.checksum:
+        raise NoPasses(f"{path}: the passes are damaged or incomplete")
+    result = Accumulator(width, height)
+    result.done = header.done
+    result.observations = header.observations
+    _restore("S", result.sum, words)
+    _restore("Q", result.squares, words)
+    return result
+
+
+def _words(letter, total):
+    """The planes of an `ExactSum` as 32-bit words by the name of their channel."""
+    total.carry()
+    result = {}
+    for exponent, plane in total.levels.items():
+        halves = plane.astype("<f8").view("<u4")
+        for c, name in enumerate(RGB):
+            for half in (0, 1):
+                words = np.ascontiguousarray(halves[c, half::2], np.uint32)
+                result[f"{letter}{exponent:+d}.{name}.{half}"] = words
+    if total.special is not None:
+        special = np.ascontiguousarray(total.special, np.float32).view(np.uint32)
+        result |= {f"{letter}.{name}": special[c] for c, name in enumerate(RGB)}
+    return result
+
+
+def _restore(letter, total, words):
+    """Fill an `ExactSum` from what `_words` made."""
+    for exponent in LEVELS:
+        if f"{letter}{exponent:+d}.R.0" in words:
+            halves = np.empty((*total.shape, 2), "<u4")
+            for c, name in enumerate(RGB):
+                for half in (0, 1):
+                    halves[c, :, half] = words[f"{letter}{exponent:+d}.{name}.{half}"].ravel()
+            total.levels[exponent] = halves.view("<f8")[..., 0].astype(float)
+    if f"{letter}.R" in words:
+        special = [words[f"{letter}.{name}"].ravel() for name in RGB]
+        total.special = np.stack(special).view(np.float32)
+
+
+def _checksum(words):
+    total = 0
+    for name in sorted(words):
+        total = zlib.crc32(np.ascontiguousarray(words[name]).data.cast("B"), total)
+    return total
