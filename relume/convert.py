@@ -10,6 +10,7 @@ import numpy as np
 import translator
 from relume.application import for_mitsuba, read, usable_variant
 from relume.session import variant
+from translator.media import AROUND, REFERENCE
 from translator.neutral import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 from translator.scene import OWN_PLUGINS
 
@@ -53,7 +54,13 @@ def _translated(path, dialect, asset_path):
 
 def name_kinds(state):
     """Tell Mitsuba's XML writer which kind of object a plugin written in Python is."""
-    kinds = {"bsdf": "BSDF", "emitter": "Emitter", "integrator": "Integrator", "sensor": "Sensor"}
+    kinds = {
+        "bsdf": "BSDF",
+        "emitter": "Emitter",
+        "integrator": "Integrator",
+        "phase function": "PhaseFunction",
+        "sensor": "Sensor",
+    }
     for node in state.nodes:
         kind = OWN_PLUGINS.get(node.props.plugin_name())
         if kind is not None:
@@ -125,11 +132,20 @@ def python_source(path, dialect="manual", asset_path=()):
         "import mitsuba as mi\nimport numpy as np\n\n"
         "from translator.neutral import Mesh, Picture, mitsuba_mesh\n\n"
         f"mi.set_variant({translation.plan.variant!r})\n\n"
-        f"scene = {_source(translation.scene, 0)}\n"
+        f"{_medium(translation.scene)}scene = {_source(translation.scene, 0)}\n"
     )
 
 
+def _medium(scene):
+    """The line that makes the medium around all objects, which meshes take as an object alone."""
+    if AROUND not in scene:
+        return ""
+    return f"{AROUND} = mi.load_dict({_source(scene.pop(AROUND), 0)})\n\n"
+
+
 def _source(value, depth):
+    if value == REFERENCE:
+        return AROUND
     if isinstance(value, dict):
         if isinstance(value.get("mesh"), Mesh):
             return f"mitsuba_mesh({_entries(value, depth)})"

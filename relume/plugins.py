@@ -3,6 +3,7 @@
 import bsdfs
 import emitters
 import integrators
+import phasefunctions
 import sensors
 
-PACKAGES = (bsdfs, emitters, integrators, sensors)
+PACKAGES = (bsdfs, emitters, integrators, phasefunctions, sensors)

@@ -17,6 +17,7 @@ import numpy as np
 
 from relume.accumulator import Accumulator
 from relume.passes import Pass, Plan
+from translator.media import BOUNDARY
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
@@ -94,6 +95,12 @@ def samples_rays(integrator):
     return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
 
 
+def medium_around(scene):
+    """The medium around the camera of a scene, or None: Mitsuba's sensors do not tell it."""
+    ends = (shape for shape in scene.shapes() if shape.id() == BOUNDARY)
+    return next((shape.interior_medium() for shape in ends), None)
+
+
 class Session:
     """Renders one loaded scene; the variant it was loaded under must stay set.
 
@@ -106,6 +113,7 @@ class Session:
 
     def __init__(self, scene, spp, seed=0, integrator=None):
         self.scene = scene
+        self.medium = medium_around(scene)
         self.sensor = scene.sensors()[0]
         self.integrator = integrator or scene.integrator()
         self.spp = int(spp)
@@ -180,7 +188,7 @@ class Session:
         wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
         ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, aperture)
         with dr.suspend_grad():
-            L, *_ = self.integrator.sample(self.scene, sampler, ray)
+            L, *_ = self.integrator.sample(self.scene, sampler, ray, self.medium)
         color = self._color(mi.unpolarized_spectrum(L * weight), ray)
         samples = [*color, *(color * color)]
         dr.eval(samples)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PLUGINS = {"bsdfs", "emitters", "integrators", "sensors"}
+PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "sensors"}
 FORBIDDEN = {package: {"relume", "translator"} for package in PLUGINS} | {
     "translator": {"relume", *PLUGINS},
     "registration.py": {"relume", "translator", *PLUGINS},

@@ -12,6 +12,7 @@ def one_of_each():
     mi.load_dict({"type": "schlickglass"})
     mi.load_dict({"type": "falloffspot"})
     mi.load_dict({"type": "dispersivepath"})
+    mi.load_dict({"type": "hgrgb"})
     mi.load_dict({"type": "screencamera", "width": 1.0, "height": 1.0})
 """
 
@@ -39,7 +40,7 @@ def run(code):
         "        mi.set_variant(name)\nmi.set_variant('llvm_ad_rgb')\none_of_each()",
         # without the application
         "from relume import llvm\nllvm.install()\nimport mitsuba as mi\n"
-        "import bsdfs, emitters, integrators, sensors\n@\n"
+        "import bsdfs, emitters, integrators, phasefunctions, sensors\n@\n"
         "mi.set_variant('llvm_ad_rgb')\none_of_each()",
     ],
     ids=["after", "before", "again", "plugins alone"],

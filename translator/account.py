@@ -23,11 +23,6 @@ DOCUMENT_ROWS = (
      "no Metropolis render is asked for"),
     ("mlt_sample", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
     ("mlt_resampling", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
-    ("participating_media", lambda d: d.participating_media, "unsupported",
-     "rendered without a medium"),
-    ("scattering", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
-    ("absorbing", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
-    ("phase", lambda d: d.participating_media, "unsupported", "rendered without a medium"),
     ("scattering", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
     ("absorbing", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
     ("phase", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),
@@ -82,9 +77,8 @@ OBJECT_ROWS = (
     *((field, no_subsurface, "ignored", NO_SUBSURFACE) for field in (
         "scattering", "absorbing", "phase", "level", "bssrdf", "material_symbol", "material_scale",
         "material_r_max")),
-    *((field, lambda b: b.reflection.subsurface, "unsupported", "rendered as its surface alone")
-      for field in ("subsurface", "scattering", "absorbing", "phase", "level", "bssrdf",
-                    "material_symbol", "material_scale", "material_r_max")),
+    ("material_r_max", lambda b: b.reflection.subsurface, "ignored",
+     "of use to the dipole alone"),
     *((field, lambda b: b.parallel_light and not isinstance(b.shape, UVPlane), "ignored",
        "only a uvplane can be a parallel light")
       for field in ("parallel_light", "parallel_light_dir")),

@@ -93,6 +93,14 @@ class Surroundings:
         text = f"{len(mesh.faces)} triangles, at most {TOLERANCE * self.extent:.2g} off the sphere"
         return mesh, text + ("" if reach is None else " where the scene can see it")
 
+    def distances(self):
+        """How far from the camera the seen parts of the giants end at most; none if open."""
+        return [
+            float(np.linalg.norm(nearest_point(ball, self.camera) - self.camera)) + reach
+            for ball, reach in zip(self.giants, self.reach, strict=True)
+            if reach is not None
+        ]
+
     def _reach(self):
         """For each giant how far from its pole the scene sees it, or None if the scene is open."""
         origins = self.camera[None]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from translator.diagnostics import Problem
 from translator.dialects import note
-from translator.tints import entry, mean, times
+from translator.tints import at_most_one, entry, mean, times
 
 
 def check(document):
@@ -79,6 +79,55 @@ def lambert_or_mirror(block, tints):
     block.source.remark("roughness", note("roughness", "manual"))
     parts = {"bsdf_0": mirror(tints.color), "bsdf_1": diffuse(tints.color)}
     return {"type": "blendbsdf", "weight": weight} | parts
+
+
+def boundary(block, tints, index):
+    """The surface of an object with a medium inside (section 10.2, row sss-base).
+
+    Smooth glass with the exact Fresnel term, which is 0 where the indices are equal; rough glass
+    of the same width in place of Ward's and Phong's lobes. What passes is tinted by `color`.
+
+    Args:
+        block: `SceneObject`.
+        tints: its `Tints`; what exceeds 1 is cut off.
+        index: index of refraction inside.
+    """
+    kind = block.reflection.kind
+    for field in ("color", "specular"):
+        if max(getattr(block, field)) > 1:
+            text = "above 1: cut off at 1, or light would grow at each crossing"
+            block.source.remark(field, text)
+    if kind in ("ward", "phong") and index != 1:
+        return rough_boundary(block, tints, index)
+    if kind not in ("glass", None):
+        text = "sss-base: smooth glass, no light would enter through this surface"
+        block.source.becomes("reflection", "approximated", text)
+    result = glass(block, Tints(at_most_one(tints.color), tints.specular))
+    if "int_ior" in result:
+        result["int_ior"] = index
+    return result | {"fresnel": "exact"}
+
+
+def rough_boundary(block, tints, index):
+    """Rough glass whose lobe of reflection is about as wide as Ward's or Phong's."""
+    if block.reflection.kind == "ward":
+        rho_d, rho_s, u, v = block.ward_brdf
+    else:
+        rho_d, rho_s, exponent = block.phong_brdf
+        # cos^n around the mirror direction is as wide as this distribution of normals.
+        u = v = (2 / (exponent + 2)) ** 0.5
+    text = "sss-base: rough glass of the same width of reflection"
+    block.source.becomes("reflection", "approximated", text)
+    return {
+        "type": "roughdielectric",
+        "distribution": "beckmann",
+        "alpha_u": u,
+        "alpha_v": v,
+        "int_ior": index,
+        "ext_ior": 1.0,
+        "specular_reflectance": entry(at_most_one(times(tints.specular, rho_s))),
+        "specular_transmittance": entry(at_most_one(times(tints.color, rho_d))),
+    }
 
 
 def glass(block, tints):
@@ -170,5 +219,5 @@ def account(block):
             "roughness", "ignored", "without a reflection line the surface is diffuse"
         )
     for field in ("color", "specular"):
-        if max(getattr(block, field)) > 1:
+        if max(getattr(block, field)) > 1 and not block.reflection.subsurface:
             block.source.remark(field, "above 1: not energy conserving, kept as written")

@@ -138,6 +138,8 @@ def stock_serves(block, matrix):
     plugin leaves either faces or vertex normals on the wrong side.
     """
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    if block.reflection.subsurface:  # to see whether it is closed
+        return False
     return block.bump_texture is None and not (mirrored and block.smooth)
 
 

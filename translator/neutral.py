@@ -66,6 +66,28 @@ def reflectance(values):
     return {"type": "srgb", "color": Color(tuple(float(x) for x in values)), "unbounded": True}
 
 
+def resolved(scene, name):
+    """A scene's dictionary with the entry `name`, if any, as a Mitsuba object wherever it is used.
+
+    Meshes take no references, and the objects of a sensor are not told by it. A variant must be
+    set.
+    """
+    import mitsuba as mi
+
+    if name not in scene:
+        return scene
+    made = mi.load_dict(to_mitsuba(scene[name]))
+
+    def replaced(value):
+        if value == {"type": "ref", "id": name}:
+            return made
+        if isinstance(value, dict):
+            return {key: replaced(item) for key, item in value.items()}
+        return value
+
+    return replaced({key: item for key, item in scene.items() if key != name})
+
+
 def to_mitsuba(value):
     """The dictionary that `mi.load_dict` takes; a variant must be set.
 

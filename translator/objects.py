@@ -53,6 +53,11 @@ class Reflection:
     dispersion: str | None = None
     coefficients: tuple = ()
 
+    @property
+    def lets_pass(self):
+        """Whether light crosses the surface."""
+        return self.kind == "glass" or self.subsurface
+
 
 def a(name, kind, arity, default, doc, **rest):
     """A row with its values on the same line."""

@@ -33,7 +33,7 @@ class Plan:
         return asdict(self) | {"plugins": list(self.plugins)}
 
 
-def integrator(document, spp, dispersive, types):
+def integrator(document, spp, dispersive, types, media):
     """The integrator's dictionary and the reason for it.
 
     Args:
@@ -41,11 +41,20 @@ def integrator(document, spp, dispersive, types):
         spp: samples of a pixel.
         dispersive: whether glass with dispersion is rendered by wavelength.
         types: plugin ids of the objects.
+        media: all `media.Medium` of the scene.
     """
-    if dispersive:
+    if any(medium.chromatic for medium in media):
+        kind, reason = "volpathmis", "a medium whose extinction differs between the channels"
+    elif media:
+        kind, reason = "volpath", "a medium with the same extinction in all channels"
+    elif dispersive:
         kind, reason = "dispersivepath", "glass with dispersion: one wavelength for each path"
     else:
         kind, reason = "path", "no medium"
+    if dispersive and media:
+        # The stock ones part the wavelengths at each refraction, without bias.
+        kind = "volpathmis"
+        reason += "; glass with dispersion parts wavelengths with more noise than without a medium"
     result = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
     if "shadowcatcher" in types:
         reason += "; wrapped by shadowcatching for shadow"

@@ -3,7 +3,7 @@
 import copy
 from dataclasses import dataclass
 
-from translator import account, camera, domes, lights, materials, plan, surfaces
+from translator import account, camera, domes, lights, materials, media, plan, surfaces
 from translator.assets import Assets
 from translator.bumps import bumped
 from translator.diagnostics import Problem, SceneError
@@ -12,7 +12,7 @@ from translator.document import Document
 from translator.images import ImageError
 from translator.materials import Tints, plain_tints
 from translator.meshes import Meshes
-from translator.neutral import rgb, to_mitsuba
+from translator.neutral import resolved, rgb, to_mitsuba
 from translator.shapes import InfinityLight, MeshFile, Plane, UVPlane
 from translator.tints import Texture, load_texture
 
@@ -28,6 +28,7 @@ OWN_PLUGINS = {
     "dispersivepath": "integrator",
     "sensorresponse": "integrator",
     "shadowcatching": "integrator",
+    "hgrgb": "phase function",
     "screencamera": "sensor",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
@@ -52,8 +53,11 @@ class Translation:
     plan: plan.Plan
 
     def dictionary(self):
-        """The dictionary for `mi.load_dict`; a variant must be set."""
-        return to_mitsuba(self.scene)
+        """The dictionary for `mi.load_dict`; a variant must be set.
+
+        Its `sensor` holds the medium around all objects, if there is one, as a Mitsuba object.
+        """
+        return to_mitsuba(resolved(self.scene, media.AROUND))
 
     def status(self):
         """`ok`, or `unsupported` if any line is."""
@@ -91,9 +95,16 @@ def translate(document, dialect="manual", asset_path=()):
     camera.account(document, dialect)
     dispersive = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
     spp = document.sampling * document.supersampling**2
-    entries = _Objects(document, dialect, assets, dispersive).entries()
-    integrator, reason = plan.integrator(document, spp, dispersive, plan.plugin_types(entries))
+    objects = _Objects(document, dialect, assets, dispersive)
+    entries = objects.entries()
+    integrator, reason = plan.integrator(
+        document, spp, dispersive, plan.plugin_types(entries), objects.media
+    )
     scene = {"type": "scene", "integrator": integrator, "sensor": camera.sensor(document, dialect)}
+    if objects.around is not None:
+        scene = {"type": "scene", media.AROUND: objects.around.entry()} | scene
+        scene["sensor"]["medium"] = media.REFERENCE
+        entries[media.BOUNDARY] = media.boundary(objects.shapes.fog_ball(), document)
     scene |= entries
     made = plan.plan(document, scene, OWN_PLUGINS, dispersive, reason)
     return Translation(document, scene, made)
@@ -111,6 +122,8 @@ class _Objects:
         origin = camera.view(document, dialect).origin
         self.shapes = surfaces.Shapes(document, origin, dialect, self.mesh_box)
         self.domes = domes.Domes(document, self.shapes, assets.find, dialect, spectral)
+        self.around = media.around(document)
+        self.media = [] if self.around is None else [self.around]
 
     def mesh_box(self, block, matrix):
         """Corners of a box around a mesh object, or None."""
@@ -173,6 +186,7 @@ class _Objects:
             return {name: self.domes.light(index, block)}
         if isinstance(block.shape, MeshFile):
             parts = self.meshes.parts(block, self.find(block.shape.file), matrix)
+            media.check_closed(block, [part for part in parts if part.block.reflection.subsurface])
             return {name + part.name: self.part(part, matrix) for part in parts}
         entry = self.shapes.shape(index, block)
         if self.catches_shadows(block):
@@ -189,6 +203,17 @@ class _Objects:
             block.source.becomes("shadow", "ignored", "there is no image-based light")
             return False
         return True
+
+    def fill(self, entry, block, tints):
+        """Put the medium of an object with subsurface scattering inside; returns the boundary."""
+        medium, index = media.inside(block)
+        block.source.remark("subsurface", note("sss-simulation", self.dialect))
+        if media.uses_dipole(block):
+            block.source.becomes("subsurface", "approximated", "sss-dipole: simulated instead")
+        if medium.exists:
+            entry["interior"] = medium.entry()
+            self.media.append(medium)
+        return materials.boundary(block, tints, index)
 
     def part(self, part, matrix):
         """The dictionary of a part of a mesh object."""
@@ -209,7 +234,13 @@ class _Objects:
 
     def surface(self, entry, block, tints, matrix, opacity=None, bump=None):
         """A shape's dictionary with its BSDF and emitter."""
-        bsdf = materials.bsdf(block, tints, self.dialect)
+        if block.reflection.subsurface:
+            bsdf = self.fill(entry, block, tints)
+        else:
+            bsdf = materials.bsdf(block, tints, self.dialect)
+        if self.around is not None and block.reflection.lets_pass:
+            # Light crosses these surfaces; at all others it stays in the medium that it is in.
+            entry["exterior"] = media.REFERENCE
         materials.account(block)
         if bump is None and block.bump_texture is not None:
             bump = self.find(block.bump_texture)

@@ -60,13 +60,17 @@ class Shapes:
         # What surrounds the camera, such as a sky, does not tell how fine the scene is.
         inner = [box for k, box in boxes.items() if not self.encloses(k, camera)]
         self.extent = _middle([camera[None], *inner])[1]
-        planes = [
+        ends = [b for k, b in boxes.items() if document.objects[k].ibl_texture is None]
+        self.middle = _middle([camera[None], *ends])
+        self.planes = [
             (geometry.point(m, b.shape.point), geometry.normal(m, b.shape.normal))
             for b, m in pairs
             if isinstance(b.shape, Plane)
         ]
         giants = [self.balls[k] for k in self.giants]
-        self.surroundings = Surroundings(giants, planes, camera, self.extent) if giants else None
+        self.surroundings = None
+        if giants:
+            self.surroundings = Surroundings(giants, self.planes, camera, self.extent)
 
     def _is_giant(self, round_one, block):
         fits = isinstance(block.shape, Sphere) and block.ibl_texture is None and not block.texture
@@ -81,6 +85,14 @@ class Shapes:
         """Whether an object is a sphere or hemisphere whose ball holds a point."""
         round_one = self.balls.get(index)
         return bool(round_one) and np.linalg.norm(point - round_one.center) < round_one.radius
+
+    def fog_ball(self):
+        """A `Ball` twice as large as what the scene shows, image-based light aside."""
+        center, size = self.middle
+        away = [2 * abs((center - p) @ n) for p, n in self.planes]
+        if self.surroundings is not None:
+            away += self.surroundings.distances()
+        return Ball(center, max([size, 1e-3, *away]))
 
     def shape(self, index, block):
         """The dictionary of an object's shape, without BSDF and emitter.
@@ -107,8 +119,8 @@ class Shapes:
     def sphere(self, index, block, shape, matrix):
         turned = block.normal < 0
         if index in self.giants:
-            closed = block.reflection.kind == "glass" or block.reflection.subsurface
-            mesh, text = self.surroundings.patch(self.giants.index(index), closed)
+            patch = self.giants.index(index), block.reflection.lets_pass
+            mesh, text = self.surroundings.patch(*patch)
             block.source.remark("", f"giant sphere made of {text}")
             return mesh_entry(mesh, turned)
         round_one = ball(shape, matrix)

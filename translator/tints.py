@@ -80,6 +80,13 @@ def times(tint, factors):
     return tuple(a * b for a, b in zip(tint, factors, strict=True))
 
 
+def at_most_one(tint):
+    """A tint whose values are cut off at 1; vertex colours are taken as they are."""
+    if isinstance(tint, Texture):
+        return replace(tint, rgb=np.minimum(tint.rgb, 1))
+    return tint if isinstance(tint, VertexColor) else tuple(min(x, 1.0) for x in tint)
+
+
 def entry(tint):
     """What a BSDF takes as a reflectance."""
     return tint.entry() if isinstance(tint, Texture | VertexColor) else reflectance(tint)

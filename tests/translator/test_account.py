@@ -7,6 +7,7 @@ from translator.account import DOCUMENT_ROWS, OBJECT_ROWS
 from translator.diagnostics import OUTCOMES, SceneError
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
+SSS = BALL + "reflection Subsurface_Scattering\n"
 PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
 
 
@@ -74,11 +75,13 @@ CASES = [
     ("mutation\n3\n", 1, "ignored", "no Metropolis"),
     ("mlt_sample\n3\n", 1, "ignored", "no Metropolis"),
     ("mlt_resampling\n1\n", 1, "ignored", "no Metropolis"),
-    ("participatingMedia\n1\n", 1, "unsupported", "without a medium"),
+    ("participatingMedia\n1\n", 1, "ignored", "above 0"),
     ("participatingMedia\n0\n", 1, "translated", ""),
-    ("participatingMedia\n1\nSCATTERING\n0\n1 1 1\n", 3, "unsupported", "without a medium"),
-    ("participatingMedia\n1\nABSORBING\n0\n1 1 1\n", 3, "unsupported", "without a medium"),
-    ("participatingMedia\n1\nPAHASE\n0\n", 3, "unsupported", "without a medium"),
+    ("participatingMedia\n1\nSCATTERING\n0\n1 1 1\n", 3, "translated", "medium-units"),
+    ("participatingMedia\n1\nABSORBING\n0\n1 1 1\n", 3, "translated", ""),
+    ("participatingMedia\n1\nABSORBING\n0\n1 1 1\nPAHASE\n0\n", 6, "translated",
+     "medium-phase"),
+    ("participatingMedia\n1\nABSORBING\n0\n1 1 1\n", 1, "translated", "fills a ball"),
     ("SCATTERING\n0\n1 1 1\n", 1, "ignored", "participatingMedia is 0"),
     ("ABSORBING\n0\n1 1 1\n", 1, "ignored", "participatingMedia is 0"),
     ("PAHASE\n0.5\n", 1, "ignored", "participatingMedia is 0"),
@@ -118,11 +121,23 @@ CASES = [
     (BALL + "MATERIAL_SYMBOL\nApple\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_SCALE\n2\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_R_MAX\n2\n", 3, "ignored", "no subsurface"),
-    (BALL + "reflection Subsurface_Scattering\n", 3, "unsupported", "surface alone"),
-    *((BALL + f"reflection Subsurface_Scattering\n{lines}\n", 4, "unsupported", "surface alone")
-      for lines in ("SCATTERING\n0\n1 1 1", "ABSORBING\n0\n1 1 1", "PAHASE\n0", "level\n-1",
-                    "BSSRDF\n1", "MATERIAL_SYMBOL\nApple", "MATERIAL_SCALE\n2",
-                    "MATERIAL_R_MAX\n2")),
+    (SSS, 3, "approximated", "simulated instead"),
+    (SSS + "SCATTERING\n0\n1 1 1\n", 4, "translated", "sss-gate"),
+    (SSS + "ABSORBING\n0\n1 1 1\n", 4, "translated", ""),
+    (SSS + "PAHASE\n0\n", 4, "translated", ""),
+    (SSS + "BSSRDF\n0\n", 3, "translated", ""),
+    (SSS + "level\n-1\n", 4, "translated", ""),
+    (SSS + "level\n0\n", 4, "translated", "absorption alone"),
+    (SSS + "level\n3\n", 4, "approximated", "every order"),
+    (SSS + "MATERIAL_SYMBOL\nChicken1\n", 4, "translated", "chicken"),
+    (SSS + "PAHASE\n0\nMATERIAL_SYMBOL\nApple\n", 4, "ignored", "sets it anew"),
+    (SSS + "refractive_index 2\nMATERIAL_SYMBOL\nApple\n", 4, "ignored", "sets the index"),
+    (SSS + "refractive_index 0\n", 4, "translated", "read as 1.5"),
+    (SSS + "color 2 1 1\n", 4, "translated", "cut off at 1"),
+    (SSS + "MATERIAL_SCALE\n2\n", 4, "translated", ""),
+    (SSS + "MATERIAL_R_MAX\n2\n", 4, "ignored", "dipole"),
+    (BALL + "reflection specular\nreflection Subsurface_Scattering\n", 3, "approximated",
+     "sss-base"),
     (BALL + "emission 1 1 1\nparallel_light 1\n", 4, "ignored", "only a uvplane"),
     (BALL + "parallel_light 1\nparallel_light_dir 0 1 0\n", 4, "ignored", "only a uvplane"),
     (PANEL + "parallel_light_dir 0 1 0\n", 5, "ignored", "parallel_light is 0"),
@@ -169,8 +184,8 @@ def test_every_row_applies_in_a_case():
 
 
 def test_a_value_line_shares_the_outcome_of_its_keyword():
-    """Both lines of `participatingMedia` are unsupported, and the reason is not said twice."""
-    found = reports("participatingMedia\n1\n")
+    """Both lines of `metropolisTransport` are unsupported, and the reason is not said twice."""
+    found = reports("metropolisTransport\n1\n")
     assert found[1].outcome == found[2].outcome == "unsupported"
 
 

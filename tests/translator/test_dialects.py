@@ -13,8 +13,9 @@ GREY = "color 0.4 0.4 0.4\nspecular 0.4 0.4 0.4\n"
 OFF = "luminance_cutoff\n0\n"
 """The program's own cutoff wraps the integrator; scenes that ask for none have none."""
 
-NOT_RENDERED_YET = {"sss-dipole": BALL + "reflection Subsurface_Scattering\n",
-                    "mlt": "metropolisTransport\n1\n"}
+NOT_RENDERED_YET = {"mlt": "metropolisTransport\n1\n"}
+SSS = BALL + "reflection Subsurface_Scattering\n"
+FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n"
 
 
 def both(text, **options):
@@ -117,6 +118,12 @@ def test_angular_map(tmp_path):
     assert "angular-map" in notes(manual) and "angular-map" in notes(program)
 
 
+def test_sss_dipole():
+    """The line names the row in both dialects."""
+    for translation in both(SSS):
+        assert "sss-dipole" in notes(translation)
+
+
 @pytest.mark.parametrize("id", NOT_RENDERED_YET)
 def test_rows_of_what_is_not_rendered_yet(id):
     """Their lines are reported as unsupported in both dialects."""
@@ -145,10 +152,17 @@ UNSWITCHED = {
     "ambient": "ENV_LIGHT 0.1 0.2 0.3\n" + BALL,
     "gamma": "gamma_offset\n0\n",
     "timelimit": "TIMELIMIT\n2\n",
+    "medium-units": FOG,
+    "medium-phase": FOG + "PAHASE\n0.5\n",
+    "sss-simulation": SSS + "BSSRDF\n0\n",
+    "sss-base": SSS.replace("reflection Sub", "reflection diffuse\nreflection Sub"),
+    "sss-gate": SSS + "SCATTERING\n0\n1 1 1\n",
+    "chicken": SSS + "MATERIAL_SYMBOL\nChicken2\n",
     "roulette": "DEPTH\n3\nDEPTH_LIMIT\n5\n",
 }
 NOTED = {"camera-matrix-up", "sphere-rotation", "no-reflection-line", "roughness", "emission-units",
-         "spot", "gamma", "timelimit"}
+         "spot", "gamma", "timelimit", "medium-units", "medium-phase", "sss-simulation", "sss-base",
+         "sss-gate", "chicken"}
 """Rows that a line can touch without anything else to say."""
 
 

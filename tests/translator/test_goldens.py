@@ -199,23 +199,47 @@ sphere 0 1 0 1
 emission 1 1 1
 reflection diffuse
 """,
-    "unsupported": HEAD + """participatingMedia
+    "media": HEAD + """BACKGROUND
+1 1 1
+participatingMedia
 1
 SCATTERING
 0
 0.1 0.1 0.1
-metropolisTransport
-1
-BLACKHOLE 0 0 0
-dist 5
+PAHASE 0.5 0 -1
 
 OBJECT
 sphere 0 0 0 1
 color 1 1 1
 reflection reflection
 reflection Subsurface_Scattering
+BSSRDF
+0
 MATERIAL_SYMBOL
 Ketchup
+MATERIAL_SCALE
+2
+
+OBJECT
+sphere 3 0 0 1
+color 2 1 0.5
+specular 0.5 0.5 0.5
+reflection ward_brdf
+ward_brdf 0.5 1 0.1 0.2
+reflection Subsurface_Scattering
+refractive_index 1.3
+BSSRDF
+0
+level
+0
+ABSORBING
+0
+1 0 2
+""",
+    "unsupported": HEAD + """metropolisTransport
+1
+BLACKHOLE 0 0 0
+dist 5
 """,
 }
 

@@ -6,6 +6,7 @@ from translator import read_text, translate
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
+FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n\n"
 RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
 
 SCENES = {
@@ -57,6 +58,20 @@ SCENES = {
     ),
     "cutoff": (
         "luminance_cutoff\n0.5\n", RGB, "sensorresponse", "perspective", ["sensorresponse"], 32,
+    ),
+    "grey fog": (FOG, RGB, "volpath", "perspective", [], 32),
+    "coloured fog": (
+        FOG + "ABSORBING\n0\n0 1 2\nPAHASE 0.1 0.2 0.3\n", RGB, "volpathmis", "perspective",
+        ["hgrgb"], 32,
+    ),
+    "no fog": ("participatingMedia\n1\n", RGB, "path", "perspective", [], 32),
+    "prism in fog": (
+        FOG + BALL + "reflection reflection99\n", SPECTRAL, "volpathmis", "perspective",
+        ["schlickglass"], 32,
+    ),
+    "milk": (
+        BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\nMATERIAL_SYMBOL\nWholemilk\n",
+        RGB, "volpathmis", "perspective", ["schlickglass"], 32,
     ),
     "metropolis": ("metropolisTransport\n1\n", RGB, "path", "perspective", [], 32),
 }

@@ -1,0 +1,135 @@
+r"""Henyey-Greenstein phase function with a mean cosine for each channel (`hgrgb`)
+==============================================================================
+
+=========  ======  =====================================================================
+parameter  type    meaning
+=========  ======  =====================================================================
+``g``      vector  mean cosines of red, green and blue, each in [-1, 1] (default 0 0 0)
+=========  ======  =====================================================================
+
+For each channel, with theta the angle between the directions of travel before and after:
+
+    p(theta) = (1 - g^2) / (4 pi (1 + g^2 - 2 g cos theta)^(3/2))
+
+Directions are drawn from one of the channels, chosen evenly; the density is the mean of all
+channels, so that no weight exceeds the number of channels. For g = 1 and -1 the phase function is
+a Dirac delta: light goes straight on, or back. Such a channel is met by sampling alone, and
+`eval_pdf` is 0 there, as for mirrors. In spectral variants g is that of red from 611 nm up, of
+green at 549 nm, of blue from 464 nm down (the dominant wavelengths of the primaries of sRGB),
+linear between.
+
+Source: legacy manual, `PAHASE`; L. G. Henyey and J. L. Greenstein, "Diffuse Radiation in the
+Galaxy", Astrophysical Journal 93, 1941, eq. 2. Stock ``hg`` has one g and takes neither 1 nor -1.
+Sampling is the manual's inverse, rearranged for 1 - cos theta, which it keeps exact near 0 (for
+g < 0 the same with -cos theta):
+
+    1 - cos theta = 2 xi (1 - g)^2 (1 + g - g xi) / (1 + g - 2 g xi)^2
+
+.. code-block:: python
+
+    {'type': 'homogeneous', 'phase': {'type': 'hgrgb', 'g': [0.9, 0.8, 0.7]}}
+"""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from registration import on_every_variant
+
+BLUE, GREEN, RED = 464.0, 549.0, 611.0
+"""Dominant wavelengths of the primaries of sRGB [nm]."""
+
+DELTA_DENSITY = 1e9
+"""Density reported for a direction of the Dirac lobe: far above that of any emitter sample, so that
+its weight in multiple importance sampling is 1, and with a square that single precision holds."""
+
+
+def toward(wi, g):
+    """Return the direction that g > 0 favours: straight on for light that arrives from `wi`."""
+    return dr.select(g >= 0, -wi, wi)
+
+
+def define():
+    class HenyeyGreensteinRGB(mi.PhaseFunction):
+        def __init__(self, props):
+            mi.PhaseFunction.__init__(self, props)
+            g = np.array(props.get("g", mi.ScalarVector3d(0)), float).reshape(3)
+            if not np.all(np.abs(g) <= 1):
+                raise ValueError(f"hgrgb: g is {g.tolist()}, but must be in [-1, 1]")
+            self.g = mi.Color3f(*g.tolist())
+            self.m_flags = +mi.PhaseFunctionFlags.Anisotropic
+            self.parameters_changed([])
+
+        def traverse(self, cb):
+            cb.put("g", self.g, mi.ParamFlags.NonDifferentiable)
+
+        def parameters_changed(self, keys):
+            dr.make_opaque(self.g)
+
+        def channels(self, wavelengths):
+            """Return g of each channel, as a list of floats."""
+            if mi.is_rgb:
+                return list(self.g)
+            if mi.is_monochromatic:
+                return [dr.mean(self.g)]
+            to_green = dr.clip((wavelengths - BLUE) / (GREEN - BLUE), 0, 1)
+            to_red = dr.clip((wavelengths - GREEN) / (RED - GREEN), 0, 1)
+            return list(
+                dr.lerp(dr.lerp(self.g[2], self.g[1], to_green), self.g[0], to_red)
+            )
+
+        def lobe(self, g, wi, wo):
+            """Return p for one channel, 0 for a Dirac lobe."""
+            # x = 1 - |cos|, free of cancellation: d^2 = 1 + g^2 - 2 g cos = (1 - |g|)^2 + 2 |g| x.
+            x = 0.5 * dr.squared_norm(wo - toward(wi, g))
+            a = dr.abs(g)
+            d2 = dr.fma(2 * a, x, dr.square(1 - a))
+            smooth = a < 1
+            d2 = dr.select(smooth, d2, 1)
+            return dr.select(smooth, (1 - a) * (1 + a) * dr.inv_four_pi / (d2 * dr.sqrt(d2)), 0)
+
+        def values(self, gs, wi, wo):
+            """Return p of every channel and their mean, the density of sampling."""
+            p = [self.lobe(g, wi, wo) for g in gs]
+            return p, sum(p) / len(p)
+
+        def eval_pdf(self, ctx, mei, wo, active=True):
+            p, pdf = self.values(self.channels(mei.wavelengths), mei.wi, wo)
+            return self.spectrum(p) & active, dr.select(active, pdf, 0)
+
+        def sample(self, ctx, mei, sample1, sample2, active=True):
+            gs = self.channels(mei.wavelengths)
+            n = len(gs)
+            chosen = mi.UInt32(dr.minimum(sample1 * n, n - 1))
+            g = gs[0]
+            for k in range(1, n):
+                g = dr.select(chosen == k, gs[k], g)
+            a, xi = dr.abs(g), sample2.x
+            x = 2 * xi * dr.square(1 - a) * dr.fma(-a, xi, 1 + a)
+            x /= dr.square(dr.maximum(dr.fma(-2 * a, xi, 1 + a), 1e-20))
+            sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
+            sin = dr.safe_sqrt(x * (2 - x))
+            wo = mi.Frame3f(toward(mei.wi, g)).to_world(
+                mi.Vector3f(sin * cos_phi, sin * sin_phi, 1 - x)
+            )
+            p, pdf = self.values(gs, mei.wi, wo)
+            # All channels with the same Dirac lobe share its samples.
+            delta = a == 1
+            same = [dr.select(other == g, mi.Float(1), 0) for other in gs]
+            share = sum(same) / n
+            pdf = dr.select(pdf > 0, pdf, 1)
+            weight = [dr.select(delta, s / share, q / pdf) for s, q in zip(same, p, strict=True)]
+            pdf = dr.select(delta, DELTA_DENSITY, pdf)
+            return wo, self.spectrum(weight) & active, dr.select(active, pdf, 0)
+
+        def spectrum(self, values):
+            """Return the values of the channels as what integrators multiply by."""
+            return mi.depolarizer(mi.UnpolarizedSpectrum(values))
+
+        def to_string(self):
+            return f"HenyeyGreensteinRGB[g={self.g}]"
+
+    mi.register_phase("hgrgb", HenyeyGreensteinRGB)
+
+
+on_every_variant(define)

@@ -1,0 +1,302 @@
+"""Media from scene text: coefficients, boundaries, where the medium around all objects ends, and
+what closed forms say of the pictures."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from relume.session import Session
+from translator import read_text, translate
+from translator.closed import open_edges
+from translator.materials_table import MATERIALS
+from translator.media import uses_dipole, with_method
+from translator.neutral import Mesh
+
+BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection reflection\n"
+SSS = BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\n"
+
+
+def scene(text):
+    return translate(read_text(text, environ={})).scene
+
+
+def fog(s, a=(0, 0, 0), g="0"):
+    """Text of a medium around all objects; `g` one number or three."""
+    triples = [" ".join(f"{x:.9g}" for x in v) for v in (s, a)]
+    phase = f"PAHASE\n{g}" if len(g.split()) == 1 else f"PAHASE {g}"
+    return (
+        f"participatingMedia\n1\nSCATTERING\n0\n{triples[0]}\nABSORBING\n0\n{triples[1]}\n{phase}\n"
+    )
+
+
+def coefficients(entry):
+    """sigma_s, sigma_a and g of a medium's dictionary."""
+    sigma_t = np.array(entry["sigma_t"]["value"]) * entry["scale"]
+    albedo = np.array(entry["albedo"]["value"])
+    g = np.broadcast_to(entry["phase"].get("g", 0.0), 3)
+    return albedo * sigma_t, (1 - albedo) * sigma_t, g
+
+
+# ---------------------------------- coefficients ----------------------------------
+
+
+@pytest.mark.parametrize(
+    ("g", "phase"),
+    [
+        ("0", {"type": "isotropic"}),
+        ("0.5", {"type": "hg", "g": 0.5}),
+        ("-0.99", {"type": "hg", "g": -0.99}),
+        ("1", {"type": "hgrgb", "g": [1.0, 1.0, 1.0]}),
+        ("0.5 0.5 0.5", {"type": "hg", "g": 0.5}),
+        ("0.5 0 -1", {"type": "hgrgb", "g": [0.5, 0.0, -1.0]}),
+    ],
+)
+def test_phase_functions(g, phase):
+    """Mitsuba's own where one g below 1 will do, else the one for each channel."""
+    assert scene(fog((1, 1, 1), g=g))["medium"]["phase"] == phase
+
+
+def test_medium_around():
+    """Coefficients in 1/scene unit reach the medium; the camera is in it; what light crosses knows
+    it as its outside, opaque surfaces need not."""
+    wall = "\nOBJECT\nsphere 5 0 0 1\n"
+    found = scene(fog((30, 0.25, 2), (10, 0.25, 0), "0.5") + "\n" + BALL + wall)
+    s, a, g = coefficients(found["medium"])
+    assert s == pytest.approx([30, 0.25, 2]) and a == pytest.approx([10, 0.25, 0]) and g[0] == 0.5
+    reference = {"type": "ref", "id": "medium"}
+    assert found["sensor"]["medium"] == reference
+    glass, opaque = (found[name] for name in found if name.startswith("object_"))
+    assert glass["exterior"] == reference and "interior" not in glass
+    assert "exterior" not in opaque
+
+
+def test_channels_without_extinction_keep_a_millionth():
+    """Stock integrators lose the other channels where one has none: see `media.FLOOR`."""
+    s, a, _ = coefficients(scene(fog((0, 1, 2)))["medium"])
+    assert s == pytest.approx([2e-6, 1, 2]) and np.all(a == 0)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_every_measured_material(name):
+    """`MATERIAL_SYMBOL` with `MATERIAL_SCALE`: coefficients, g and index of the table."""
+    found = scene(SSS + f"MATERIAL_SYMBOL\n{name}\nMATERIAL_SCALE\n0.5\n")["object_1"]
+    material = MATERIALS[name]
+    s, a, g = coefficients(found["interior"])
+    assert s == pytest.approx(0.5 * np.array(material.sigma_s), abs=1e-12)
+    assert a == pytest.approx(0.5 * np.array(material.sigma_a), abs=1e-12)
+    assert np.all(g == material.g)
+    assert found["bsdf"]["int_ior"] == material.eta and found["bsdf"]["fresnel"] == "exact"
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("PAHASE\n0.3\nMATERIAL_SYMBOL\nCoke\n", ("s", "a", "g", 1.33)),
+        ("MATERIAL_SYMBOL\nCoke\nPAHASE\n0.3\n", ("s", "a", (0.3, 0.3, 0.3), 1.33)),
+        ("MATERIAL_SYMBOL\nCoke\nSCATTERING\n0\n1 2 3\n", ((1, 2, 3), "a", "g", 1.33)),
+        ("MATERIAL_SYMBOL\nCoke\nABSORBING\n0\n1 2 3\n", ("s", (1, 2, 3), "g", 1.33)),
+        ("MATERIAL_SYMBOL\nCoke\nrefractive_index 1.7\n", ("s", "a", "g", 1.7)),
+        ("refractive_index 1.7\nMATERIAL_SYMBOL\nCoke\n", ("s", "a", "g", 1.33)),
+    ],
+)
+def test_the_last_line_wins(lines, expected):
+    """Lines after `MATERIAL_SYMBOL` set their own anew (section 10.2)."""
+    table = dict(zip("sag", (MATERIALS["Coke"].sigma_s, MATERIALS["Coke"].sigma_a,
+                             MATERIALS["Coke"].g), strict=True))
+    found = scene(SSS + lines)["object_1"]
+    *wanted, index = (table.get(x, x) if isinstance(x, str) else x for x in expected)
+    for value, target in zip(coefficients(found["interior"]), wanted, strict=True):
+        assert value == pytest.approx(np.array(target, float), abs=1e-9)
+    assert found["bsdf"]["int_ior"] == index
+
+
+def test_order_zero_absorbs_alone():
+    """`level 0`: no scattering, so the extinction is the absorption."""
+    found = scene(SSS + "SCATTERING\n0\n5 5 5\nABSORBING\n0\n1 2 3\nlevel\n0\n")["object_1"]
+    s, a, _ = coefficients(found["interior"])
+    assert np.all(s == 0) and a == pytest.approx([1, 2, 3])
+
+
+def test_without_coefficients_there_is_no_medium():
+    """Both 0, or a scale of 0: the boundary alone."""
+    for lines in ("", "MATERIAL_SYMBOL\nApple\nMATERIAL_SCALE\n0\n"):
+        found = scene(SSS + lines)
+        assert "interior" not in found["object_1"] and found["integrator"]["type"] == "path"
+
+
+@pytest.mark.parametrize(
+    ("lines", "kind"),
+    [
+        ("", "schlickglass"),
+        ("reflection reflection\n", "schlickglass"),
+        ("reflection diffuse\n", "schlickglass"),
+        ("reflection ward_brdf\nward_brdf 0.5 1 0.1 0.2\n", "roughdielectric"),
+        ("reflection phong_brdf\nphong_brdf 0.5 1 30\n", "roughdielectric"),
+    ],
+)
+def test_boundaries(lines, kind):
+    """The surface named before; smooth glass where none would let light in."""
+    text = f"OBJECT\nsphere 0 0 0 1\n{lines}reflection Subsurface_Scattering\n"
+    found = scene(text + "MATERIAL_SYMBOL\nApple\n")["object_1"]["bsdf"]
+    assert (found["type"], found["int_ior"]) == (kind, 1.3)
+    if kind == "roughdielectric":
+        assert found["alpha_v"] == pytest.approx(0.2 if "ward" in lines else 0.25)
+
+
+@pytest.mark.parametrize(
+    ("lines", "dipole"),
+    [
+        ("", True), ("BSSRDF\n0\n", False), ("level\n-2\n", True), ("level\n0\n", False),
+        ("BSSRDF\n0\nlevel\n-2\n", True), ("level\n-2\nBSSRDF\n0\n", False),
+        ("BSSRDF\n1\nlevel\n3\n", False), ("level\n3\nBSSRDF\n1\n", True),
+        ("BSSRDF\n0\nlevel\n-1\n", False), ("BSSRDF\n1\nlevel\n-1\n", True),
+    ],
+)  # fmt: skip
+def test_which_way(lines, dipole):
+    """The later of `BSSRDF` and `level` counts; `level -1` leaves it."""
+    document = read_text(BALL + "reflection Subsurface_Scattering\n" + lines, environ={})
+    assert uses_dipole(document.objects[0]) == dipole
+    for forced in (False, True):
+        assert uses_dipole(with_method(document, forced).objects[0]) == forced
+
+
+def test_the_environment_chooses_the_way():
+    """`USE_BSSRDF` stands in for `BSSRDF`; a `level` line still counts."""
+    text = BALL + "reflection Subsurface_Scattering\n"
+    for value, lines, dipole in (("0", "", False), ("1", "BSSRDF\n0\n", True),
+                                 ("0", "level\n-2\n", True)):
+        document = read_text(text + lines, environ={"USE_BSSRDF": value})
+        assert uses_dipole(document.objects[0]) == dipole
+
+
+# ---------------------------------- geometry ----------------------------------
+
+
+CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+FACES = np.array([f for a, b, c, d in QUADS for f in ((a, b, c), (a, c, d))])
+
+
+def test_open_edges():
+    """A cube is closed, also if each face has vertices of its own or it is in two parts; without
+    one triangle three edges are open, and the face turned round opens as many."""
+    assert open_edges([Mesh(CUBE, FACES)]) == 0
+    apart = Mesh(CUBE[FACES].reshape(-1, 3), np.arange(36).reshape(-1, 3))
+    assert open_edges([apart]) == 0
+    assert open_edges([Mesh(CUBE, FACES[:5]), Mesh(CUBE, FACES[5:])]) == 0
+    assert open_edges([Mesh(CUBE, FACES[1:])]) == 3
+    turned = FACES.copy()
+    turned[0] = turned[0][::-1]
+    assert open_edges([Mesh(CUBE, turned)]) > 0
+
+
+def test_an_open_mesh_is_noted(tmp_path):
+    """At the line of the object, with the number of edges."""
+    faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES[1:])
+    corners = "".join(f"v {x} {y} {z}\n" for x, y, z in CUBE)
+    (tmp_path / "open.obj").write_text(corners + faces)
+    text = "OBJECT\nobjfile open.obj\nreflection reflection\nreflection Subsurface_Scattering\n"
+    result = translate(read_text(text, environ={}), asset_path=[tmp_path])
+    report = result.document.source.all[0]
+    assert report.outcome == "approximated" and "3 edges" in report.note
+
+
+def test_a_ball_ends_the_medium():
+    """Light from infinitely far would be lost in an endless medium: a ball twice the size of the
+    scene bounds it."""
+    ball = scene(fog((1, 1, 1)) + "\n" + BALL)["medium_boundary"]
+    assert ball["bsdf"] == {"type": "null"} and ball["interior"] == {"type": "ref", "id": "medium"}
+    for point in ((50, 52, 220), (0, 0, 0)):
+        assert np.linalg.norm(np.array(point) - ball["center"]) < 0.6 * ball["radius"]
+
+
+def test_the_ball_holds_a_closed_room():
+    """Walls far beyond the objects, of giant spheres and of planes: no corner sticks out."""
+    camera = "CAMERA_POS\n1 2 3\n"
+    giants = "".join(
+        f"OBJECT\nsphere {x} {y} {z} 1e5\nnormal -1\n\n"
+        for x, y, z in (1e5 - 80 * np.eye(3)) * np.eye(3) + 0
+    ) + "".join(
+        f"OBJECT\nsphere {x} {y} {z} 1e5\nnormal -1\n\n"
+        for x, y, z in -(1e5 - 80 * np.eye(3)) * np.eye(3) + 0
+    )
+    planes = "".join(
+        f"OBJECT\nplane {p[0]} {p[1]} {p[2]}\nnormal {-p[0]} {-p[1]} {-p[2]}\n\n"
+        for p in [*(80 * np.eye(3)), *(-80 * np.eye(3))]
+    )
+    for walls in (giants, planes):
+        ball = scene(camera + fog((1, 1, 1)) + "\n" + walls + BALL)["medium_boundary"]
+        corner = 80 * np.sqrt(3)
+        assert ball["radius"] > corner + np.linalg.norm(ball["center"])
+
+
+# ---------------------------------- pictures ----------------------------------
+
+
+WALL = "OBJECT\nuvplane -50 -50 -10\nU 100 0 0\nV 0 100 0\nemission 2 2 2\nreflection diffuse\n\n"
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("index", ["absorbing", "scattering straight on", "chromatic"])
+def test_beer_lambert(view, measure, agrees, index):
+    """A lamp behind 8 units of medium: L exp(-sigma_a 8). Scattering with g = 1 changes nothing."""
+    a = {"absorbing": (0.1, 0.1, 0.1), "chromatic": (0, 0.05, 0.2)}.get(index, (0.02, 0.02, 0.02))
+    s = (0.3, 0.1, 0.2) if index.startswith("scattering") else (0, 0, 0)
+    text = view((0, 0, -2), (0, 0, -10)) + fog(s, a, "1") + "\n" + WALL
+    agrees(measure(text, spp=1024), 2 * np.exp(-8 * np.array(a)))
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("g", ["0.9", "-1", "0.5 0.4 0.3"])
+def test_furnace(view, measure, chance, g):
+    """Under light 1 from all sides a medium with albedo 1 shows 1, in every channel."""
+    around = "BACKGROUND\n1 1 1\nDEPTH\n200\n" + fog((0.3, 0.2, 0.4), g=g) + "\n"
+    found = measure(view((0, 0, 3), (0, 0, 0)) + around + BALL, spp=256)
+    chance.equal(found, 1.0, allowed=2e-4, precision=1e-2)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("lines", ["SCATTERING\n0\n2 1 4\n", "MATERIAL_SYMBOL\nSpectralon\n"])
+@pytest.mark.parametrize("boundary", ["", "refractive_index 1\n"])
+def test_furnace_of_an_object(view, measure, chance, lines, boundary):
+    """A white ball that absorbs nothing is invisible under light 1 from all sides."""
+    text = view((0, 0, 9), (0.3, 0.2, 0)) + "BACKGROUND\n1 1 1\nDEPTH\n5000\n\n" + SSS
+    chance.equal(measure(text + lines + boundary, spp=64), 1.0, allowed=2e-4, precision=1e-2)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("g", [0.0, 0.6, -0.5])
+def test_single_scattering_of_a_beam(view, load, chance, level, g):
+    """A beam of irradiance E falls from a lamp at y = 3 across the line of sight, which crosses it
+    from z = -w to w at y = 0. Light scattered once:
+
+        L = int sigma_s p(90 degrees) E exp(-sigma_t (3 + 4 - z)) dz
+
+    with the camera at z = 4 and p that of Henyey-Greenstein at cos theta = 0."""
+    sigma_s, sigma_a, w = 0.06, 0.03, 1.0
+    beam = (
+        "OBJECT\nuvplane -1 3 -1\nU 2 0 0\nV 0 0 2\nemission 5 5 5\nparallel_light 1\n"
+        "parallel_light_dir 0 -1 0\nreflection diffuse\n"
+    )
+    text = view((0, 0, 4), (0, 0, 0)) + fog((sigma_s,) * 3, (sigma_a,) * 3, f"{g}") + "\n" + beam
+    scene = load(text)
+    once = mi.load_dict({"type": "volpath", "max_depth": 2})
+    found = level(chance.runs(scene, 1024, integrator=once).mean(axis=(1, 2)))
+    phase = (1 - g * g) / (4 * np.pi * (1 + g * g) ** 1.5)
+    sigma_t = sigma_s + sigma_a
+    along = (np.exp(sigma_t * w) - np.exp(-sigma_t * w)) / sigma_t
+    expected = sigma_s * phase * np.pi * 5 * np.exp(-7 * sigma_t) * along
+    chance.equal(found, expected, allowed=1e-3, precision=1e-2)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_a_session_knows_the_medium(view, load, chance, level):
+    """Around the camera: its pictures are those of Mitsuba's own rendering."""
+    text = view((0, 0, -2), (0, 0, -10)) + fog((0.02,) * 3, (0.1,) * 3) + "\n" + WALL
+    scene = load(text)
+    own = level(chance.runs(scene, 512).mean(axis=(1, 2)))
+    sessions = [Session(scene, 512, chance.seed()) for _ in range(8)]
+    for session in sessions:
+        list(session.run())
+    found = level([session.image().mean(axis=(0, 1)) for session in sessions])
+    chance.equal(found, own, allowed=1e-5, precision=1e-2)
