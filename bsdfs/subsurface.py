@@ -63,8 +63,9 @@ TEXTURES = ("sigma_s", "sigma_a", "g", "specular_reflectance", "specular_transmi
 TINY = 1e-12
 """Least sum of coefficients [1/scene unit] that is told from zero."""
 
-MIN_SHARE = 0.05
-"""Least share of samples for each of the two ways through the medium, if it exists."""
+STRAIGHT = 0.25
+"""About the share of light that a dense medium returns after one scattering, at most; the samples
+below the boundary are divided between diffusion and the straight way as R_d to this number."""
 
 
 @dataclass
@@ -185,10 +186,9 @@ def define():
             """Return the share of samples below the boundary that go on by diffusion."""
             if self.level == -2:
                 return mi.Float(1)
-            R_d = dr.mean(diffuse_reflectance(
-                reduced(self.medium(si, active))[2], boundary_factor(self.eta)
-            ))  # fmt: skip
-            return dr.select(R_d > 0, dr.clip(R_d, MIN_SHARE, 1 - MIN_SHARE), 0)
+            alpha = reduced(self.medium(si, active))[2]
+            R_d = dr.mean(diffuse_reflectance(alpha, boundary_factor(self.eta)))
+            return R_d / (R_d + STRAIGHT)
 
         # ------------------------------ interface of mi.BSDF ------------------------------
 
