@@ -149,7 +149,7 @@ class Standard:
         """Return R(d) per channel [1/area]."""
         strengths = ((z, dr.exp(-self.sigma_tr * z)) for z in (self.z_r, self.z_v))
         both = sum(strength * self.spread(z, d) for z, strength in strengths)
-        return dr.select(self.alpha > 0, 0.5 * self.alpha * both, 0)
+        return mi.Spectrum(dr.select(self.alpha > 0, 0.5 * self.alpha * both, 0))
 
     def weight(self, d):
         """Return what a pair of points carries before the direction of incidence is known."""
@@ -210,7 +210,7 @@ class Normalized(Standard):
         return (dr.exp(-x) + dr.exp(-x / 3)) / (8 * dr.pi * x * dr.square(self.d))
 
     def value(self, d):
-        return dr.select(self.alpha > 0, self.exit * self.R_d * self.density(d), 0)
+        return mi.Spectrum(dr.select(self.alpha > 0, self.exit * self.R_d * self.density(d), 0))
 
     def pdf(self, r):
         return dr.select(r <= self.r_max, self.density(r) / dr.maximum(self.within, 1e-6), 0)
@@ -288,7 +288,7 @@ class Directional(Standard):
         )
         normalization = 4 * dr.square(dr.pi) * (1 - fresnel_moment_1(dr.rcp(eta)))
         S = dr.maximum(real - virtual, 0) * (F_t / normalization)
-        return dr.select((alpha > 0) & (F_t > 0), medium.tint * S, 0)
+        return mi.Spectrum(dr.select((alpha > 0) & (F_t > 0), medium.tint * S, 0))
 
 
 PROFILES = {"standard": Standard, "directional": Directional, "normalized": Normalized}

@@ -59,9 +59,8 @@ def test_samples_of_other_integrators(pairs, at):
     np.testing.assert_allclose(np.array(weight)[:, diffuse], ratio, rtol=2e-4)
     np.testing.assert_allclose(np.array(bs.pdf)[diffuse], np.array(pdf)[diffuse], rtol=1e-4)
     F = fresnel(wi[:, 2].astype(float), 1.4)
-    assert np.array_equal(diffuse, u[0] >= F.astype(np.float32)) or (
-        np.mean(diffuse != (u[0] >= F)) < 1e-3
-    )
+    # The two can differ by rounding alone, where the variate is next to F.
+    assert np.mean(diffuse != (u[0] >= F)) < 1e-3
 
 
 @pytest.mark.parametrize("mask", [0, SUBSURFACE])
@@ -73,12 +72,13 @@ def test_is_valid_everywhere(mask, eta, at, assert_valid):
     assert_valid(mi.load_dict(MATERIAL | {"eta": eta}), at, ctx)
 
 
-def test_furnace_of_other_integrators(furnace):
-    """A white material loses only what the two transmittances lose (at most 2 F_dr outside)."""
+@pytest.mark.false_alarms(1e-3)
+def test_furnace_of_other_integrators(chance, furnace):
+    """A white material loses what the two transmittances lose: F + (1 - F)^2, F the mean."""
     white = {"type": "subsurface", "sigma_a": 0.0, "eta": 1.3}
     z = (np.arange(100_000) + 0.5) / 100_000
     F = np.mean(2 * z * fresnel(z, 1.3))
-    assert furnace(white, 1024) == pytest.approx(F + (1 - F) ** 2, abs=3e-3)
+    chance.equal(furnace(white, 32), F + (1 - F) ** 2, allowed=1e-3, precision=2e-3)
 
 
 @pytest.mark.parametrize(
