@@ -1,8 +1,8 @@
 """The page of `relume compare`: one HTML file that opens from disk and needs nothing else.
 
-Linear pictures and maps are embedded as half floats in base64; the script draws them on a canvas,
-so exposure is changed without loss. Without script the two pictures are shown as PNG. A content
-security policy keeps the page from the network.
+Linear pictures and maps are embedded as compressed half floats in base64; the script draws them on
+a canvas, so exposure is changed without loss. Without script the two pictures are shown as JPEG. A
+content security policy keeps the page from the network.
 """
 
 import base64
@@ -10,6 +10,7 @@ import html
 import io
 import json
 import re
+import zlib
 
 import numpy as np
 from PIL import Image
@@ -30,7 +31,7 @@ def page(comparison):
     report = comparison.report()
     names = [html.escape(side.name) for side in comparison.sides]
     images = "".join(
-        f'<img alt="{name}" src="data:image/png;base64,{_png(side.estimate.pixels.mean)}">'
+        f'<img alt="{name}" src="data:image/jpeg;base64,{_jpeg(side.estimate.pixels.mean)}">'
         for name, side in zip(names, comparison.sides, strict=True)
     )
     maps = view_data(comparison, report)
@@ -68,7 +69,7 @@ def page(comparison):
 
 
 def view_data(comparison, report):
-    """What the script draws: numbers, and arrays as base64 of half floats, rows from the top.
+    """What the script draws: numbers, and arrays as `packed`, rows from the top.
 
     Pictures are divided by `scale`; `difference` is the mean over the channels of what relMSE
     squares, with its sign; `z` and `blocks` are those of the channel with the largest |z|.
@@ -95,7 +96,7 @@ def view_data(comparison, report):
         "names": [side.name for side in comparison.sides],
         "thresholds": {"z": pixels.threshold, "blocks": blocks.threshold},
         "most": None if comparison.agree else report["most"],
-        "arrays": {name: _halfs(values) for name, values in arrays.items()},
+        "arrays": {name: packed(values) for name, values in arrays.items()},
     }
 
 
@@ -105,14 +106,16 @@ def _largest(z):
     return np.take_along_axis(z, channel, axis=2)[..., 0]
 
 
-def _halfs(values):
+def packed(values):
+    """Half floats, all high bytes before all low ones, by zlib, in base64."""
     clipped = np.clip(values, -HALF_MAX, HALF_MAX).astype("<f2")
-    return base64.b64encode(clipped.tobytes()).decode()
+    low, high = clipped.reshape(-1, 1).view(np.uint8).T
+    return base64.b64encode(zlib.compress(high.tobytes() + low.tobytes(), 9)).decode()
 
 
-def _png(picture):
+def _jpeg(picture):
     buffer = io.BytesIO()
-    Image.fromarray(encode_display(picture)).save(buffer, format="PNG")
+    Image.fromarray(encode_display(picture)).save(buffer, format="JPEG", quality=85)
     return base64.b64encode(buffer.getvalue()).decode()
 
 
@@ -202,10 +205,12 @@ const half = h => {
   return sign * (exponent ? (1 + mantissa / 1024) * 2 ** (exponent - 15) : mantissa * 2 ** -24);
 };
 const arrays = {};
-for (const [name, text] of Object.entries(data.arrays)) {
-  const bytes = atob(text), byte = i => bytes.charCodeAt(i);
-  const count = {length: bytes.length / 2};
-  arrays[name] = Float32Array.from(count, (_, i) => half(byte(2 * i) | byte(2 * i + 1) << 8));
+async function unpack(text) {       // high bytes, then low bytes, compressed by zlib
+  const zipped = Uint8Array.from(atob(text), character => character.charCodeAt(0));
+  const plain = new Blob([zipped]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const bytes = new Uint8Array(await new Response(plain).arrayBuffer());
+  const length = bytes.length / 2;
+  return Float32Array.from({length}, (_, i) => half(bytes[i] << 8 | bytes[length + i]));
 }
 const block = (x, y) => arrays.blocks[Math.floor(y / side) * columns + Math.floor(x / side)];
 
@@ -214,7 +219,6 @@ canvas.width = width;
 canvas.height = height;
 const context = canvas.getContext("2d");
 const image = context.createImageData(width, height);
-find("stage").replaceChildren(canvas);
 
 const encode = value => 255 * Math.min(Math.max(value, 0), 1) ** (1 / 2.2);
 const signed = t => {            // blue below 0, black at 0, red above
@@ -292,14 +296,19 @@ function point(event) {
     draw();
   }
 }
-canvas.addEventListener("pointerdown", event => {
-  canvas.setPointerCapture(event.pointerId);
-  point(event);
-});
-canvas.addEventListener("pointermove", point);
-for (const input of document.querySelectorAll("input")) input.addEventListener("input", draw);
-draw();
-if (data.most) tell(data.most.x, data.most.y);
+async function start() {
+  for (const [name, text] of Object.entries(data.arrays)) arrays[name] = await unpack(text);
+  find("stage").replaceChildren(canvas);
+  canvas.addEventListener("pointerdown", event => {
+    canvas.setPointerCapture(event.pointerId);
+    point(event);
+  });
+  canvas.addEventListener("pointermove", point);
+  for (const input of document.querySelectorAll("input")) input.addEventListener("input", draw);
+  draw();
+  if (data.most) tell(data.most.x, data.most.y);
+}
+start();
 </script>
 </body>
 </html>

@@ -4,6 +4,7 @@ import importlib.metadata
 import math
 import platform
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -201,7 +202,7 @@ def versions():
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return found | {"LLVM": str(llvm.install().path)}
+    return found | {"LLVM": Path(llvm.install().path or "none").name}
 
 
 def _number(x):

@@ -75,6 +75,11 @@ def with_dispersion(translation):
     return "" if spectral else "nothing in the scene is dispersive"
 
 
+def with_ward(translation):
+    """The obstacle of methods that replace Ward's reflection."""
+    return "" if "ward" in translation.plan.plugins else "the scene has no Ward surface"
+
+
 def with_plain_glass(translation):
     """The obstacle of methods that replace `schlickglass` by stock glass of one index."""
     if "schlickglass" not in translation.plan.plugins:
@@ -98,6 +103,11 @@ def stock_glass(entry):
     return entry | {"type": "dielectric"} if entry.get("type") == "schlickglass" else entry
 
 
+def balanced_ward(entry):
+    """The form of `ward` with a bounded albedo instead of that of 1992."""
+    return entry | {"variant": "balanced"} if entry.get("type") == "ward" else entry
+
+
 METHODS = (
     Method("path", tracer("path"), obstacle=without_medium),
     Method("volpath", tracer("volpath")),
@@ -109,6 +119,13 @@ METHODS = (
         unbiased=False,
         obstacle=with_plain_glass,
         scene=replaced(stock_glass),
+    ),
+    Method(
+        "path+balanced",
+        tracer("path"),
+        unbiased=False,
+        obstacle=with_ward,
+        scene=replaced(balanced_ward),
     ),
 )
 """All methods; the command line, charts and studies take them from here."""
