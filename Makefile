@@ -5,7 +5,8 @@ PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
 STATE   = { pwd; cat $(PINS); }
 
-.PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-stability
+.PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-stability \
+        study-charts study-compare
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -47,6 +48,15 @@ study-gallery: setup
 
 study-stability: setup
 	$(BIN)/relume stability -o docs
+
+# Both as study-gallery. Charts are timed: nothing else should run.
+STUDY_CORPUS = PYTHONPATH=tests/translator $(BIN)/python tests/relume/workbench/study_corpus.py
+
+study-charts: setup
+	$(STUDY_CORPUS) charts '$(CORPUS)' --asset-path '$(ASSETS)'
+
+study-compare: setup
+	$(STUDY_CORPUS) compare '$(CORPUS)' --asset-path '$(ASSETS)'
 
 clean:
 	rm -rf $(VENV) out build *.egg-info
