@@ -10,6 +10,7 @@ from matplotlib.ft2font import FT2Font
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from relume.output import replacing
+from relume.workbench import curves
 from relume.workbench.chart_table import TARGETS
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
@@ -72,10 +73,8 @@ def draw(axes, chart, clock, styles):
     axes.set_yscale("log")
     for curve in chart.curves:
         draw_curve(axes, curve, clock, styles[curve.name])
-    front = chart.front(clock)
-    x = [curve.time(clock)[level] for curve, level in front]
-    y = [curve.error()[0][level] for curve, level in front]
-    axes.plot(x, y, color="0.5", linewidth=6, alpha=0.3, zorder=0, label="Pareto front")
+    front = curves.front(chart.curves, clock)
+    axes.plot(*front, color="0.5", linewidth=6, alpha=0.3, zorder=0, label="Pareto front")
     low, high = axes.get_ylim()
     if chart.reference.noise > low / 30:
         axes.axhline(

@@ -18,14 +18,13 @@ POINTS = (
 
 def points(chart):
     """Every point of a chart: a list of rows as `POINTS` names them."""
-    front = {(curve.name, level) for curve, level in chart.front()}
     rows = []
     for curve in chart.curves:
         measured = (curve.time("wall"), curve.time("cpu"), *curve.error(), *curve.bias2())
-        for level, values in enumerate(zip(*measured, strict=True)):
-            named = (chart.name, curve.name, int(curve.spp[level]), curve.runs)
-            on_front = int((curve.name, level) in front)
-            rows.append((*named, *map(float, values), chart.reference.noise, on_front))
+        columns = zip(curve.spp, chart.on_front(curve), *measured, strict=True)
+        for spp, on_front, *values in columns:
+            named = (chart.name, curve.name, int(spp), curve.runs)
+            rows.append((*named, *map(float, values), chart.reference.noise, int(on_front)))
     return rows
 
 
@@ -36,7 +35,6 @@ def summary(chart):
     bias², relative, or the most that it can be where `biased` is False. Times are in seconds; None
     stands for never, and for slopes that cannot be told.
     """
-    front = [curve.name for curve, _ in chart.front()]
     rows = []
     for curve in chart.curves:
         slope, of_time = curve.slope(), curve.slope(curve.time())
@@ -59,7 +57,8 @@ def summary(chart):
                 name = f"{clock}_s_to_{100 * target:g}_percent"
                 row[name] = time if math.isfinite(time) else None
                 row[f"{name}_factor"] = math.exp(half) if math.isfinite(half) else None
-        row["points_on_front"] = front.count(curve.name)
+        row["points"] = len(curve.spp)
+        row["points_on_front"] = int(chart.on_front(curve).sum())
         row["not_finite"] = curve.not_finite
         rows.append(row)
     return rows
@@ -91,7 +90,7 @@ def cells(row):
         ("bias", f"{'' if row['biased'] else '< '}{100 * row['bias']:.2g} %"),
         *((f"{100 * target:g} % in", time("wall", target)) for target in TARGETS),
         (f"CPU, {100 * TARGETS[0]:g} %", time("cpu", TARGETS[0])),
-        ("front", str(row["points_on_front"])),
+        ("front", f"{row['points_on_front']} of {row['points']}"),
         ("first run", f"+{row['first_s']:.2f} s"),
     ]
 
@@ -119,7 +118,9 @@ def explanations(chart):
         "Slope is that of log error over log samples: -1 without bias. Bias is the root of bias² at"
         " the most samples, relative; after < the most that it can be.",
         "Times are those to 5 % and 1 % relative noise, the root of relMSE; beyond the measured"
-        " points the variance falls with the samples and the bias stays. First run: compilation.",
+        " points the variance falls with the samples and the bias stays.",
+        "Front: points that no other method is below. First run: what it takes beyond the next one,"
+        " to compile; it is in no curve.",
         f"Reference: {about['method']}, {about['runs']} x {about['spp']} samples of a pixel,"
         f" relMSE {chart.reference.noise:.2g}.",
     ]

@@ -50,13 +50,10 @@ class Chart:
     reference: references.Reference
     settings: dict
 
-    def front(self, clock="wall"):
-        """The Pareto front: pairs (curve, level), by time."""
-        places = [(c, k) for c in self.curves for k in range(len(c.spp))]
-        errors = {c.name: c.error()[0] for c in self.curves}
-        times = {c.name: c.time(clock) for c in self.curves}
-        points = [(times[c.name][k], errors[c.name][k]) for c, k in places]
-        return [places[i] for i in curves.pareto(points)]
+    def on_front(self, curve):
+        """Whether each point of a curve lies on the Pareto front over wall time: (levels,)."""
+        others = [other for other in self.curves if other is not curve]
+        return curves.on_front(curve, others) if others else np.ones(len(curve.spp), bool)
 
 
 def chart(

@@ -75,6 +75,22 @@ class Curve:
         value, half = jackknife(bias2, self.gram[-1:], self.shared[-1:], confidence=0.999)
         return bool(value[0] > half[0])
 
+    def error_at(self, times, clock="wall"):
+        """The error after some times: straight in the logarithms between the points, infinite
+        before the first; beyond the last the variance falls with the time and the bias stays.
+
+        Args:
+            times: [s].
+            clock: `wall` or `cpu`.
+        """
+        e, known = error(self.gram), self.time(clock)
+        x = np.log(np.maximum.accumulate(known))
+        y = np.log(np.maximum(e, np.finfo(float).tiny))
+        floor = max(float(bias2(self.gram)[-1]), 0.0) if self.biased() else 0.0
+        beyond = floor + (e[-1] - floor) * known[-1] / times
+        inside = np.exp(np.interp(np.log(times), x, y, left=np.inf))
+        return np.where(times > known[-1], beyond, inside)
+
     def slope(self, x=None):
         """Slope of log error over log x with the half-width of its interval.
 
@@ -117,6 +133,28 @@ class Curve:
 
         value, half = jackknife(found, self.gram)
         return math.exp(value), float(half)
+
+
+def front(curves, clock="wall", steps=256):
+    """The Pareto front of several curves: the least error after each time.
+
+    Args:
+        curves: list of `Curve`.
+        clock: `wall` or `cpu`.
+        steps: number of times.
+
+    Returns:
+        Times from the first point of all to the last [s], and the errors: (steps,) each.
+    """
+    ends = [curve.time(clock)[[0, -1]] for curve in curves]
+    times = np.geomspace(min(first for first, _ in ends), max(last for _, last in ends), steps)
+    return times, np.min([curve.error_at(times, clock) for curve in curves], axis=0)
+
+
+def on_front(curve, others, clock="wall"):
+    """Whether no other curve is below the points of a curve: (levels,) of bool."""
+    times, e = curve.time(clock), error(curve.gram)
+    return np.all([e <= other.error_at(times, clock) for other in others], axis=0)
 
 
 def gram(pictures, reference):
@@ -196,17 +234,3 @@ def reached(target, times, errors, floor=0.0):
     if target <= floor:
         return math.inf
     return float(times[-1] * (errors[-1] - floor) / (target - floor))
-
-
-def pareto(points):
-    """Indices of the points that no other beats in both coordinates, by the first coordinate.
-
-    Args:
-        points: pairs of time and error.
-    """
-    best, front = math.inf, []
-    for index in sorted(range(len(points)), key=lambda i: points[i]):
-        if points[index][1] < best:
-            best = points[index][1]
-            front.append(index)
-    return front

@@ -10,10 +10,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import bsdfs
-import emitters
-import integrators
-import sensors
+from relume import plugins
 from relume.identity import content_hash, file_hash, versions
 from relume.session import CannotRender
 from relume.workbench import estimate_files, measures, renders, statistics
@@ -123,6 +120,6 @@ def content_key(translation):
 
 def plugin_sources():
     """Hashes of the source files of relume's plugins, by name."""
-    folders = [Path(package.__file__).parent for package in (bsdfs, emitters, integrators, sensors)]
+    folders = [Path(package.__file__).parent for package in plugins.PACKAGES]
     files = sorted(file for folder in folders for file in folder.rglob("*.py"))
     return {f"{file.parent.name}/{file.name}": file_hash(file) for file in files}

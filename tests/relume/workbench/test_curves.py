@@ -144,7 +144,28 @@ def test_beyond_the_last_point_the_bias_stays():
     assert curves.reached(0.1, times, errors, floor=0.1) == math.inf
 
 
+def exact_curve(times, errors):
+    """A curve of the given errors without scatter."""
+    gram = np.array([e * np.eye(4) for e in errors])
+    clock = np.outer(times, np.ones(4))
+    spp = 2 ** np.arange(len(times))
+    return curves.Curve("exact", spp, gram, np.zeros(len(times)), clock, clock, 0.0, 0)
+
+
 def test_pareto_front():
-    points = [(2, 5), (1, 9), (3, 5), (2, 4), (4, 1), (5, 2)]
-    assert curves.pareto(points) == [1, 3, 4]
-    assert curves.pareto([]) == []
+    """One curve is quick to start, the other falls faster; they cross at 4 s, at an error of 1/2.
+
+    1/t^(1/2) from 1 s; 2/t from 2 s, which ends at 8 s and goes on as 1/t.
+    """
+    slow = exact_curve(np.array([1, 4, 16.0]), np.array([1, 1 / 2, 1 / 4]))
+    fast = exact_curve(np.array([2, 4, 8.0]), np.array([1, 1 / 2, 1 / 4]))
+    times, errors = curves.front([slow, fast])
+    assert times[0] == pytest.approx(1) and times[-1] == pytest.approx(16)
+    np.testing.assert_allclose(errors, np.where(times < 4, times**-0.5, 2 / times), rtol=1e-9)
+    assert list(curves.on_front(slow, [fast])) == [True, True, False]
+    assert list(curves.on_front(fast, [slow])) == [False, True, True]
+
+
+def test_before_the_first_point_there_is_no_error():
+    made = exact_curve(np.array([1, 2.0]), np.array([1, 0.5]))
+    assert list(made.error_at(np.array([0.5, 1, 4]))) == [np.inf, 1, 0.25]
