@@ -308,9 +308,8 @@ def chart(scenes, out, **options):
 
     with readable_errors():
         charts, written, failed = chart_files.run(scenes, out, Console(stderr=True), **options)
-    console = Console()
     for made in charts:
-        chart_table.print_summary(made, console)
+        click.echo("\n".join([*chart_table.lines(made), ""]))
     for line in chart_table.explanations(charts[-1]) if charts else ():
         click.echo(line)
     for path in written:

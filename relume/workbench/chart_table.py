@@ -4,9 +4,6 @@ import csv
 import io
 import math
 
-from rich.table import Table
-from rich.text import Text
-
 TARGETS = (0.05, 0.01)
 """Relative noise to which times are told: the root of relMSE."""
 
@@ -95,18 +92,14 @@ def cells(row):
     ]
 
 
-def print_summary(chart, console):
-    """Print the table of a chart."""
+def lines(chart):
+    """The table of a chart as lines of text."""
     rows = [cells(row) for row in summary(chart)]
-    console.print(Text(f"\n{chart.name}", style="bold"))
-    table = Table(box=None, padding=(0, 1), header_style="bold")
-    for column, (head, _) in enumerate(rows[0]):
-        table.add_column(Text(head), justify="right" if column else "left", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(text) for _, text in row))
-    console.print(table)
-    for name, why in chart.skipped.items():
-        console.print(Text(f"{name} is left out: {why}", style="yellow"))
+    table = [[head for head, _ in rows[0]], *([text for _, text in row] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    aligned = [[row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])] for row in table]
+    left_out = [f"{name} is left out: {why}" for name, why in chart.skipped.items()]
+    return [chart.name, *("  ".join(row) for row in aligned), *left_out]
 
 
 def explanations(chart):

@@ -54,6 +54,11 @@ def tracer(kind, **parameters):
     return integrator
 
 
+def as_planned(planned):
+    """The planned integrator: the method differs in what it renders."""
+    return planned
+
+
 def has_medium(translation):
     """Whether a scene has a participating medium."""
     return bool(plugin_types(translation.scene) & MEDIA)
@@ -114,15 +119,15 @@ METHODS = (
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
     Method("dispersivepath", tracer("dispersivepath"), obstacle=with_dispersion),
     Method(
-        "path+dielectric",
-        tracer("path"),
+        "dielectric",
+        as_planned,
         unbiased=False,
         obstacle=with_plain_glass,
         scene=replaced(stock_glass),
     ),
     Method(
-        "path+balanced",
-        tracer("path"),
+        "ward-balanced",
+        as_planned,
         unbiased=False,
         obstacle=with_ward,
         scene=replaced(balanced_ward),
@@ -150,7 +155,7 @@ def methods_for(translation):
 def planned(translation):
     """The method that the plan chose, with all its parameters."""
     row = find(innermost(translation.scene["integrator"])["type"])
-    return dataclasses.replace(row, integrator=lambda planned: planned)
+    return dataclasses.replace(row, integrator=as_planned)
 
 
 def innermost(integrator):

@@ -19,7 +19,6 @@ from pathlib import Path
 import relume  # isort: skip  chooses LLVM before mitsuba loads
 
 import study_stand_ins
-from rich.console import Console
 
 from relume.workbench import chart_files, chart_table, charting, comparing
 from relume.workbench.compare_page import page
@@ -105,7 +104,7 @@ def study_charts(given, remarks):
         if made:
             charts.append(made)
             chart_files.write_chart(made, given.out / name)
-            chart_table.print_summary(made, Console())
+            print("\n".join(chart_table.lines(made)), flush=True)
     chart_files.write_overview(charts, given.out)
     lines = ["![overview](overview.svg)", ""]
     for made in charts:

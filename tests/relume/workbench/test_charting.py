@@ -41,7 +41,7 @@ def invoke(tmp_path, monkeypatch, cache):
 
 def test_every_method_of_the_scene_gets_a_curve(measured):
     """Errors fall as the samples grow; both clocks run; what path traces is what volpath does."""
-    assert [c.name for c in measured.curves] == ["path", "volpath", "path+dielectric"]
+    assert [c.name for c in measured.curves] == ["path", "volpath", "dielectric"]
     assert measured.settings["runs"] == 4 and not measured.skipped
     for curve in measured.curves:
         assert list(curve.spp) == [2**k for k in range(len(curve.spp))] and len(curve.spp) >= 3

@@ -36,7 +36,7 @@ def names(stage):
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
     assert names(staged()) == ["path", "volpath"]
-    assert names(staged(objects=GLASS_BALL)) == ["path", "volpath", "path+dielectric"]
+    assert names(staged(objects=GLASS_BALL)) == ["path", "volpath", "dielectric"]
     assert names(staged(objects=PRISM)) == ["path", "volpath", "dispersivepath"]
     medium = {"type": "homogeneous"}
     stage = staged()
@@ -77,7 +77,7 @@ def test_methods_that_do_not_change_the_scene_share_it(staged):
     stage = staged(objects=GLASS_BALL)
     with ready(stage.translation):
         path, volpath, stock = (
-            stage.load(methods.find(name))[0] for name in ("path", "volpath", "path+dielectric")
+            stage.load(methods.find(name))[0] for name in ("path", "volpath", "dielectric")
         )
     assert path is volpath and path is not stock
     ids = [str(scene) for scene in (path, stock)]
