@@ -95,6 +95,11 @@ class Chance:
         p.flat[0] = math.erfc(worst / math.sqrt(2))
         self.judge(p, (about, f"|z| = {worst:.2f}"), of)
 
+    def rare(self, k, n, p, of=1):
+        """Judge whether k of n events are as many as their probability p allows, or fewer."""
+        fewer = sum(math.comb(n, i) * p**i * (1 - p) ** (n - i) for i in range(k))
+        self.judge(max(1 - fewer, 0), f"{k} of {n}, each of probability {p}", of)
+
     def equal(self, a, b, allowed=0.0, precision=None, of=1):
         """Judge whether two means are equal, by Welch's t.
 

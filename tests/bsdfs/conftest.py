@@ -116,7 +116,7 @@ def mean_albedo(albedo):
         x, w = np.polynomial.legendre.leggauss(12)
         cos = (x + 1) / 2
         angles = np.degrees(np.arccos(cos))
-        return sum(w * cos * [albedo(bsdf, angle, 300) for angle in angles])
+        return sum(w * cos * [albedo(bsdf, angle, 150) for angle in angles])
 
     return quadrature
 
@@ -193,10 +193,13 @@ def chi2(at, chance):
     """Judge (material, wi, domain, jacobian, ctx) tuples by `mi.chi2`, all of them together.
 
     `jacobian` is the solid angle per unit of the domain; the density is integrated with `ires`²
-    points a cell.
+    points a cell. Where samples are reduced there are fewer tuples, drawn at random.
     """
 
     def run(cases, ires=32, sample_count=200_000, res=51):
+        if chance.reduced > 1:
+            drawn = chance.rng().permutation(len(cases))[: chance.samples(len(cases))]
+            cases = [cases[k] for k in drawn]
         for material, wi, domain, jacobian, ctx in cases:
             bsdf = mi.load_dict(material)
 

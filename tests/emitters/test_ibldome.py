@@ -110,6 +110,19 @@ def test_seen_from_outside(measure, agrees, dome, camera):
     agrees(measure(scene, spp=4096, runs=16), 0.5 * 2.0 / 9.0)
 
 
+@pytest.mark.false_alarms(1e-3)
+def test_power_of_the_particles(dome, chance, level):
+    """Their mean weight is the power of both sides, 2 pi L 4 pi R²; to 0.1 % at the map's poles."""
+    image = np.full((33, 65, 3), 3.0)
+    scene = mi.load_dict({"type": "scene", "dome": dome(image, map="panoramic")})
+    u = chance.rng().random((5, 200_000)).astype(np.float32)
+    _, weight = scene.emitters()[0].sample_ray(
+        mi.Float(0), mi.Float(u[0]), mi.Point2f(u[1:3]), mi.Point2f(u[3:])
+    )
+    measured = level(np.array(weight)[0].reshape(100, -1).mean(axis=1))
+    chance.equal(measured, 2 * np.pi * 3 * 4 * np.pi * 5**2, allowed=1e-3, precision=4e-3)
+
+
 def test_two_domes_and_a_moved_sphere(dome, camera):
     """Several domes keep their own geometry; a sphere moved after loading takes its image along."""
     image = np.zeros((5, 9, 3))

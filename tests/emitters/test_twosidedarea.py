@@ -155,7 +155,8 @@ def test_sampling_density_of_textured_shapes(shape, chance):
     same = np.isclose(np.array(emitter.pdf_direction(it, ds)), np.array(ds.pdf), rtol=1e-3)
     assert same.mean() > 0.999
     radiance = np.array(emitter.eval_direction(it, ds))
-    np.testing.assert_allclose(np.array(value * ds.pdf), radiance, rtol=1e-4)
+    same = np.isclose(np.array(value * ds.pdf), radiance, rtol=1e-4).all(axis=0)
+    assert same.mean() > 0.999  # at the edge of a texel either one is right
 
 
 def test_bright_texel_is_found(measure):
@@ -209,6 +210,31 @@ def props_of(lamp):
     props["bsdf"] = mi.load_dict(lamp["bsdf"])
     props["light"] = mi.load_dict(lamp["light"])
     return props
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("radiance", ["constant", "texture"])
+@pytest.mark.parametrize("shape", ["rectangle", "disk", "sphere"])
+def test_power_of_the_particles(shape, radiance, chance, level):
+    """Their mean weight is the power 2 pi ∫ L dA of both sides; L is 3 on half of the area, or all.
+
+    A texture that differs along u parts a rectangle in halves, and a sphere along its azimuth.
+    """
+    texture = bitmap([[[L] * 3, [0.0] * 3]])
+    if shape == "disk":  # u is the radius: the inner half of it is a quarter of the area
+        texture = bitmap([[[0.0] * 3, [4 / 6 * L] * 3]])
+    lamp = {"type": shape, "light": light(texture if radiance == "texture" else L)}
+    scene = mi.load_dict({"type": "scene", "lamp": lamp})
+    u = chance.rng().random((5, 200_000)).astype(np.float32)
+    _, weight = scene.emitters()[0].sample_ray(
+        mi.Float(0), mi.Float(u[0]), mi.Point2f(u[1:3]), mi.Point2f(u[3:])
+    )
+    area = {"rectangle": 4, "disk": np.pi, "sphere": 4 * np.pi}[shape]
+    power = 2 * np.pi * L * area * (0.5 if radiance == "texture" else 1)
+    # The weights are one number where all points are as likely.
+    weights = np.broadcast_to(np.array(weight)[0], u[0].shape)
+    measured = level(weights.reshape(100, -1).mean(axis=1))
+    chance.equal(measured, power, allowed=1e-4, precision=4e-3)
 
 
 @pytest.mark.false_alarms(1e-3)

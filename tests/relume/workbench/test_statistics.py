@@ -31,11 +31,6 @@ def alarms(a, b):
     return [name for name, level in scores.items() if level.differ]
 
 
-def at_least(k, n, p):
-    """Probability of k or more of n, by the binomial law."""
-    return sum(math.comb(n, i) * p**i * (1 - p) ** (n - i) for i in range(k, n + 1))
-
-
 # ---- exact cases
 
 
@@ -96,6 +91,23 @@ def test_sidaks_threshold():
     assert statistics.threshold(0.05, 1) == pytest.approx(1.95996, abs=1e-5)
     z = statistics.threshold(0.05, 10)
     assert (1 - math.erfc(z / math.sqrt(2))) ** 10 == pytest.approx(0.95, abs=1e-9)
+
+
+def test_scores_of_two_means():
+    """Difference 3.49948 (1 %, two-sided, by the tables of t for 7), standard error 1, dof 7."""
+    a = Level(np.array([3.49948]), np.array([1.0]), np.array([7.0]))
+    exact = Level(np.array([0.0]), np.array([0.0]), np.array([1e9]))
+    (z,) = statistics.equal_means(a, exact, 0.01).z
+    assert math.erfc(z / math.sqrt(2)) == pytest.approx(0.01, rel=3e-3)
+
+
+def test_welchs_degrees_of_freedom():
+    """Of equal variances with 7 each: 14; of 4 with 7 and 1 with 3: 25 / (16/7 + 1/3) = 9.54545."""
+    a = Level(np.ones(2), np.array([1.0, 4.0]), np.array([7.0, 7.0]))
+    b = Level(np.ones(2), np.array([1.0, 1.0]), np.array([7.0, 3.0]))
+    d = statistics.difference(a, b)
+    np.testing.assert_allclose(d.variance, [2, 5])
+    np.testing.assert_allclose(d.dof, [14, 9.545454], rtol=1e-6)
 
 
 def test_ratio_and_its_interval():
@@ -162,7 +174,7 @@ def test_false_alarms_are_no_more_than_stated(one, other, chance):
     rng, pairs = chance.rng(), chance.samples(PAIRS)
     draws = [lambda d=DISTRIBUTIONS[name]: d(rng) for name in (one, other)]
     false = sum(bool(alarms(*(gathered(draw) for draw in draws))) for _ in range(pairs))
-    chance.judge(at_least(false, pairs, RATE), false)
+    chance.rare(false, pairs, RATE)
 
 
 # ---- power
@@ -180,7 +192,7 @@ def test_two_percent_in_the_mean_is_found(chance):
 
     found = [alarms(run(1.02), run(1.0)) for _ in range(50)]
     missed = sum("whole" not in names for names in found)
-    chance.judge(at_least(missed, 50, 0.01), missed)
+    chance.rare(missed, 50, 0.01)
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -208,26 +220,25 @@ def test_a_change_of_one_place_is_found_there(place, change, level, chance):
         worst = scores.place(np.abs(scores.z))
         where = (1, 2) if level == "blocks" else place
         hits += scores.rejected > 0 and worst[:2] == where and scores.z[worst] > 0
-    chance.judge(at_least(20 - hits, 20, 0.01), hits)
+    chance.rare(20 - hits, 20, 0.01)
 
 
 # ---- a picture without runs
 
 
 @pytest.mark.false_alarms(1e-3)
-def test_noise_of_a_lone_picture(chance):
-    """It comes back to 5 % beside the noise of the other: a standard deviation of 0.1, in every
-    second column of 0.3, where the other has three times its noise, too."""
-    rng = chance.rng()
-    shape = (96, 128, 3)
-    deviation = np.where(np.arange(128) % 2, 0.3, 0.1)[:, None]
-    other = gathered(lambda: rng.normal(1, 3 * deviation, shape))
-    estimate = statistics.from_picture(rng.normal(1, deviation, shape), other)
-    for column, expected in ((0, 0.1), (1, 0.3)):
-        variance = estimate.pixels.variance[:, column::2].mean()
-        assert np.sqrt(variance) == pytest.approx(expected, rel=0.05)
-    whole = np.sqrt((0.1**2 + 0.3**2) / 2 / (96 * 128))
-    np.testing.assert_allclose(np.sqrt(estimate.whole.variance), whole, rtol=0.1)
+def test_noise_of_a_lone_picture(chance, level):
+    """It comes back beside the noise of the other: a standard deviation of 0.1, in every second
+    column of 0.3, where the other has three times its noise, too."""
+    rng, shape, found = chance.rng(), (48, 64, 3), []
+    deviation = np.where(np.arange(64) % 2, 0.3, 0.1)[:, None]
+    for _ in range(16):
+        other = gathered(lambda: rng.normal(1, 3 * deviation, shape))
+        estimate = statistics.from_picture(rng.normal(1, deviation, shape), other)
+        columns = (estimate.pixels.variance[:, k::2].mean() for k in (0, 1))
+        found.append([*columns, estimate.whole.variance.mean() * (48 * 64)])
+    expected = [0.1**2, 0.3**2, (0.1**2 + 0.3**2) / 2]
+    chance.equal(level(found), expected, allowed=2e-3, precision=0.01)
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -240,7 +251,7 @@ def test_false_alarms_against_a_lone_picture(noise, chance):
     for _ in range(pairs):
         other = gathered(lambda: ramp * rng.exponential(1, SHAPE))
         false += bool(alarms(other, statistics.from_picture(ramp * draw(rng), other)))
-    chance.judge(at_least(false, pairs, RATE), false)
+    chance.rare(false, pairs, RATE)
 
 
 @pytest.mark.parametrize("steps, found", [(0.4, []), (4.4, ["whole", "blocks"])])
@@ -261,7 +272,7 @@ def test_a_lone_picture_that_is_1_percent_too_bright_is_found(chance):
         other = gathered(lambda: rng.gamma(32, 1 / 32, shape))
         picture = rng.normal(1.01, 0.1, shape)
         found += "whole" in alarms(other, statistics.from_picture(picture, other))
-    chance.judge(at_least(20 - found, 20, 0.1), found)
+    chance.rare(20 - found, 20, 0.1)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (1, 40, 3), (5, 1, 3)])
