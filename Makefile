@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-stability \
-        study-charts study-compare
+        study-charts study-compare study-honesty study-mutations
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -57,6 +57,14 @@ study-charts: setup
 
 study-compare: setup
 	$(STUDY_CORPUS) compare '$(CORPUS)' --asset-path '$(ASSETS)'
+
+# Two hours on two cores, and half an hour.
+study-honesty: setup
+	$(BIN)/python tests/study_false_alarms.py
+	$(BIN)/python tests/study_false_alarms.py --compare
+
+study-mutations: setup
+	$(BIN)/python tests/study_mutations.py
 
 clean:
 	rm -rf $(VENV) out build *.egg-info
