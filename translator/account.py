@@ -73,12 +73,10 @@ OBJECT_ROWS = (
     ("repeat", lambda b: b.texture is None, "ignored", "there is no texture"),
     ("ibl_texture_coef", no_ibl, "ignored", "there is no ibl_texture"),
     ("smooth", lambda b: b.smooth and not_a_mesh(b), "ignored", "the object is no mesh"),
-    ("r_refractive_index", ALWAYS, "ignored", "of use to subsurface scattering alone"),
+    ("r_refractive_index", ALWAYS, "ignored", "refractive_index serves the dipole, too"),
     *((field, no_subsurface, "ignored", NO_SUBSURFACE) for field in (
         "scattering", "absorbing", "phase", "level", "bssrdf", "material_symbol", "material_scale",
         "material_r_max")),
-    ("material_r_max", lambda b: b.reflection.subsurface, "ignored",
-     "of use to the dipole alone"),
     *((field, lambda b: b.parallel_light and not isinstance(b.shape, UVPlane), "ignored",
        "only a uvplane can be a parallel light")
       for field in ("parallel_light", "parallel_light_dir")),

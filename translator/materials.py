@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from translator.diagnostics import Problem
 from translator.dialects import note
-from translator.tints import at_most_one, entry, mean, times
+from translator.tints import entry, mean, times
 
 
 def check(document):
@@ -89,20 +89,16 @@ def boundary(block, tints, index):
 
     Args:
         block: `SceneObject`.
-        tints: its `Tints`; what exceeds 1 is cut off.
+        tints: its `Tints`, at most 1.
         index: index of refraction inside.
     """
     kind = block.reflection.kind
-    for field in ("color", "specular"):
-        if max(getattr(block, field)) > 1:
-            text = "above 1: cut off at 1, or light would grow at each crossing"
-            block.source.remark(field, text)
     if kind in ("ward", "phong") and index != 1:
         return rough_boundary(block, tints, index)
     if kind not in ("glass", None):
         text = "sss-base: smooth glass, no light would enter through this surface"
         block.source.becomes("reflection", "approximated", text)
-    result = glass(block, Tints(at_most_one(tints.color), tints.specular))
+    result = glass(block, tints)
     if "int_ior" in result:
         result["int_ior"] = index
     return result | {"fresnel": "exact"}
@@ -125,8 +121,8 @@ def rough_boundary(block, tints, index):
         "alpha_v": v,
         "int_ior": index,
         "ext_ior": 1.0,
-        "specular_reflectance": entry(at_most_one(times(tints.specular, rho_s))),
-        "specular_transmittance": entry(at_most_one(times(tints.color, rho_d))),
+        "specular_reflectance": entry(times(tints.specular, min(rho_s, 1))),
+        "specular_transmittance": entry(times(tints.color, min(rho_d, 1))),
     }
 
 
@@ -219,5 +215,10 @@ def account(block):
             "roughness", "ignored", "without a reflection line the surface is diffuse"
         )
     for field in ("color", "specular"):
-        if max(getattr(block, field)) > 1 and not block.reflection.subsurface:
-            block.source.remark(field, "above 1: not energy conserving, kept as written")
+        if max(getattr(block, field)) <= 1:
+            continue
+        if block.reflection.subsurface:
+            text = "above 1: cut off at 1, or light would grow at each crossing"
+        else:
+            text = "above 1: not energy conserving, kept as written"
+        block.source.remark(field, text)

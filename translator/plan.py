@@ -33,7 +33,7 @@ class Plan:
         return asdict(self) | {"plugins": list(self.plugins)}
 
 
-def integrator(document, spp, dispersive, types, media):
+def integrator(document, spp, dispersive, types, media, profile):
     """The integrator's dictionary and the reason for it.
 
     Args:
@@ -41,12 +41,15 @@ def integrator(document, spp, dispersive, types, media):
         spp: samples of a pixel.
         dispersive: whether glass with dispersion is rendered by wavelength.
         types: plugin ids of the objects.
-        media: all `media.Medium` of the scene.
+        media: all `media.Medium` that light crosses.
+        profile: profile of the dipole, or None where no object needs it.
     """
     if any(medium.chromatic for medium in media):
         kind, reason = "volpathmis", "a medium whose extinction differs between the channels"
     elif media:
         kind, reason = "volpath", "a medium with the same extinction in all channels"
+    elif profile:
+        kind, reason = "dipole", f"subsurface scattering by diffusion, profile {profile}"
     elif dispersive:
         kind, reason = "dispersivepath", "glass with dispersion: one wavelength for each path"
     else:
@@ -56,6 +59,8 @@ def integrator(document, spp, dispersive, types, media):
         kind = "volpathmis"
         reason += "; glass with dispersion parts wavelengths with more noise than without a medium"
     result = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
+    if profile:
+        result["profile"] = profile
     if "shadowcatcher" in types:
         reason += "; wrapped by shadowcatching for shadow"
         result = {"type": "shadowcatching", "integrator": result}

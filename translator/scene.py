@@ -14,17 +14,19 @@ from translator.materials import Tints, plain_tints
 from translator.meshes import Meshes
 from translator.neutral import resolved, rgb, to_mitsuba
 from translator.shapes import InfinityLight, MeshFile, Plane, UVPlane
-from translator.tints import Texture, load_texture
+from translator.tints import Texture, at_most_one, load_texture
 
 OWN_PLUGINS = {
     "ward": "bsdf",
     "phong": "bsdf",
     "schlickglass": "bsdf",
+    "subsurface": "bsdf",
     "shadowcatcher": "bsdf",
     "parallelbeam": "emitter",
     "falloffspot": "emitter",
     "twosidedarea": "emitter",
     "ibldome": "emitter",
+    "dipole": "integrator",
     "dispersivepath": "integrator",
     "sensorresponse": "integrator",
     "shadowcatching": "integrator",
@@ -97,8 +99,9 @@ def translate(document, dialect="manual", asset_path=()):
     spp = document.sampling * document.supersampling**2
     objects = _Objects(document, dialect, assets, dispersive)
     entries = objects.entries()
+    profile = media.PROFILES[dialect] if objects.diffuses else None
     integrator, reason = plan.integrator(
-        document, spp, dispersive, plan.plugin_types(entries), objects.media
+        document, spp, dispersive, plan.plugin_types(entries), objects.media, profile
     )
     scene = {"type": "scene", "integrator": integrator, "sensor": camera.sensor(document, dialect)}
     if objects.around is not None:
@@ -123,6 +126,8 @@ class _Objects:
         self.shapes = surfaces.Shapes(document, origin, dialect, self.mesh_box)
         self.domes = domes.Domes(document, self.shapes, assets.find, dialect, spectral)
         self.around = media.around(document)
+        self.why_simulated = media.why_simulated(document, spectral)
+        self.diffuses = False
         self.media = [] if self.around is None else [self.around]
 
     def mesh_box(self, block, matrix):
@@ -205,11 +210,18 @@ class _Objects:
         return True
 
     def fill(self, entry, block, tints):
-        """Put the medium of an object with subsurface scattering inside; returns the boundary."""
+        """The BSDF of an object with subsurface scattering; a simulated one is filled (10.2)."""
         medium, index = media.inside(block)
-        block.source.remark("subsurface", note("sss-simulation", self.dialect))
+        tints = Tints(at_most_one(tints.color), at_most_one(tints.specular))
         if media.uses_dipole(block):
-            block.source.becomes("subsurface", "approximated", "sss-dipole: simulated instead")
+            block.source.remark("subsurface", note("sss-dipole", self.dialect))
+            if not self.why_simulated:
+                self.diffuses = True
+                return media.subsurface(block, tints, medium, index, self.dialect)
+            why = f"simulated instead: {self.why_simulated}"
+            block.source.becomes("subsurface", "approximated", why)
+        block.source.remark("subsurface", note("sss-simulation", self.dialect))
+        block.source.becomes("material_r_max", "ignored", "of use to the dipole alone")
         if medium.exists:
             entry["interior"] = medium.entry()
             self.media.append(medium)

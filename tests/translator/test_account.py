@@ -8,6 +8,7 @@ from translator.diagnostics import OUTCOMES, SceneError
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 SSS = BALL + "reflection Subsurface_Scattering\n"
+FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n"
 PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
 
 
@@ -112,7 +113,7 @@ CASES = [
     (BALL + "repeat 2\n", 3, "ignored", "no texture"),
     (BALL + "ibl_texture_coef 2\n", 3, "ignored", "no ibl_texture"),
     (BALL + "smooth 1\n", 3, "ignored", "no mesh"),
-    (BALL + "r_refractive_index 1.3\n", 3, "ignored", "subsurface"),
+    (BALL + "r_refractive_index 1.3\n", 3, "ignored", "dipole"),
     (BALL + "SCATTERING\n0\n1 1 1\n", 3, "ignored", "no subsurface"),
     (BALL + "ABSORBING\n0\n1 1 1\n", 3, "ignored", "no subsurface"),
     (BALL + "PAHASE\n0\n", 3, "ignored", "no subsurface"),
@@ -121,11 +122,15 @@ CASES = [
     (BALL + "MATERIAL_SYMBOL\nApple\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_SCALE\n2\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_R_MAX\n2\n", 3, "ignored", "no subsurface"),
-    (SSS, 3, "approximated", "simulated instead"),
+    (SSS, 3, "translated", "sss-dipole"),
+    (SSS + "BSSRDF\n0\n", 3, "translated", "sss-simulation"),
+    (FOG + "\n" + SSS, 9, "approximated", "simulated instead: there is a medium"),
+    (SSS + "\n" + SSS + "BSSRDF\n0\n", 3, "approximated", "another object"),
+    (SSS + "\nOBJECT\nsphere 9 0 0 1\nreflection reflection99\n", 3, "approximated",
+     "wavelengths"),
     (SSS + "SCATTERING\n0\n1 1 1\n", 4, "translated", "sss-gate"),
     (SSS + "ABSORBING\n0\n1 1 1\n", 4, "translated", ""),
     (SSS + "PAHASE\n0\n", 4, "translated", ""),
-    (SSS + "BSSRDF\n0\n", 3, "translated", ""),
     (SSS + "level\n-1\n", 4, "translated", ""),
     (SSS + "level\n0\n", 4, "translated", "absorption alone"),
     (SSS + "level\n3\n", 4, "approximated", "every order"),
@@ -135,7 +140,8 @@ CASES = [
     (SSS + "refractive_index 0\n", 4, "translated", "read as 1.5"),
     (SSS + "color 2 1 1\n", 4, "translated", "cut off at 1"),
     (SSS + "MATERIAL_SCALE\n2\n", 4, "translated", ""),
-    (SSS + "MATERIAL_R_MAX\n2\n", 4, "ignored", "dipole"),
+    (SSS + "MATERIAL_SYMBOL\nApple\nMATERIAL_R_MAX\n2\n", 6, "translated", "light enters within"),
+    (SSS + "BSSRDF\n0\nMATERIAL_R_MAX\n2\n", 6, "ignored", "dipole"),
     (BALL + "reflection specular\nreflection Subsurface_Scattering\n", 3, "approximated",
      "sss-base"),
     (BALL + "emission 1 1 1\nparallel_light 1\n", 4, "ignored", "only a uvplane"),

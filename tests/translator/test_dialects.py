@@ -15,6 +15,7 @@ OFF = "luminance_cutoff\n0\n"
 
 NOT_RENDERED_YET = {"mlt": "metropolisTransport\n1\n"}
 SSS = BALL + "reflection Subsurface_Scattering\n"
+WALK = SSS + "BSSRDF\n0\n"
 FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n"
 
 
@@ -119,9 +120,13 @@ def test_angular_map(tmp_path):
 
 
 def test_sss_dipole():
-    """The line names the row in both dialects."""
-    for translation in both(SSS):
-        assert "sss-dipole" in notes(translation)
+    """Jensen's profile without a limit of the radius, or the program's with one."""
+    found = both(OFF + SSS + "MATERIAL_SYMBOL\nApple\n")
+    profiles = [translation.scene["integrator"]["profile"] for translation in found]
+    assert profiles == ["standard", "directional"]
+    ends = [translation.scene["object_3"]["bsdf"]["r_max"] for translation in found]
+    assert ends == [0, pytest.approx(1.25 * (np.log(1e4) / (1.97 + 0.046)) ** 0.5)]
+    assert all("sss-dipole" in notes(translation) for translation in found)
 
 
 @pytest.mark.parametrize("id", NOT_RENDERED_YET)
@@ -154,10 +159,10 @@ UNSWITCHED = {
     "timelimit": "TIMELIMIT\n2\n",
     "medium-units": FOG,
     "medium-phase": FOG + "PAHASE\n0.5\n",
-    "sss-simulation": SSS + "BSSRDF\n0\n",
-    "sss-base": SSS.replace("reflection Sub", "reflection diffuse\nreflection Sub"),
-    "sss-gate": SSS + "SCATTERING\n0\n1 1 1\n",
-    "chicken": SSS + "MATERIAL_SYMBOL\nChicken2\n",
+    "sss-simulation": WALK,
+    "sss-base": WALK.replace("reflection Sub", "reflection diffuse\nreflection Sub"),
+    "sss-gate": WALK + "SCATTERING\n0\n1 1 1\n",
+    "chicken": WALK + "MATERIAL_SYMBOL\nChicken2\n",
     "roulette": "DEPTH\n3\nDEPTH_LIMIT\n5\n",
 }
 NOTED = {"camera-matrix-up", "sphere-rotation", "no-reflection-line", "roughness", "emission-units",

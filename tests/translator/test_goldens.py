@@ -236,6 +236,28 @@ ABSORBING
 0
 1 0 2
 """,
+    "dipole": HEAD + """OBJECT
+sphere 0 0 0 1
+color 1 1 1
+reflection reflection
+reflection Subsurface_Scattering
+MATERIAL_SYMBOL
+Coke
+
+OBJECT
+sphere 3 0 0 1
+color 2 1 0.5
+reflection diffuse
+reflection Subsurface_Scattering
+refractive_index 1.3
+SCATTERING
+0
+1 2 3
+level
+-2
+MATERIAL_R_MAX
+2
+""",
     "unsupported": HEAD + """metropolisTransport
 1
 BLACKHOLE 0 0 0

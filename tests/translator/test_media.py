@@ -78,7 +78,13 @@ def test_channels_without_extinction_keep_a_millionth():
 
 @pytest.mark.parametrize("name", MATERIALS)
 def test_every_measured_material(name):
-    """`MATERIAL_SYMBOL` with `MATERIAL_SCALE`: coefficients, g and index of the table."""
+    """`MATERIAL_SYMBOL` with `MATERIAL_SCALE`: sigma, g and index of the table, both ways."""
+    text = SSS.replace("BSSRDF\n0", "BSSRDF\n1")
+    bsdf = scene(text + f"MATERIAL_SYMBOL\n{name}\nMATERIAL_SCALE\n0.5\n")["object_1"]["bsdf"]
+    for field in ("sigma_s", "sigma_a"):
+        value = np.array(bsdf[field]["value"]) * bsdf["scale"]
+        assert value == pytest.approx(0.5 * np.array(getattr(MATERIALS[name], field)), abs=1e-12)
+    assert bsdf["g"]["value"] == list(MATERIALS[name].g) and bsdf["eta"] == MATERIALS[name].eta
     found = scene(SSS + f"MATERIAL_SYMBOL\n{name}\nMATERIAL_SCALE\n0.5\n")["object_1"]
     material = MATERIALS[name]
     s, a, g = coefficients(found["interior"])
@@ -136,7 +142,7 @@ def test_without_coefficients_there_is_no_medium():
 )
 def test_boundaries(lines, kind):
     """The surface named before; smooth glass where none would let light in."""
-    text = f"OBJECT\nsphere 0 0 0 1\n{lines}reflection Subsurface_Scattering\n"
+    text = f"OBJECT\nsphere 0 0 0 1\n{lines}reflection Subsurface_Scattering\nBSSRDF\n0\n"
     found = scene(text + "MATERIAL_SYMBOL\nApple\n")["object_1"]["bsdf"]
     assert (found["type"], found["int_ior"]) == (kind, 1.3)
     if kind == "roughdielectric":
@@ -158,6 +164,16 @@ def test_which_way(lines, dipole):
     assert uses_dipole(document.objects[0]) == dipole
     for forced in (False, True):
         assert uses_dipole(with_method(document, forced).objects[0]) == forced
+
+
+@pytest.mark.parametrize(("lines", "factor"), [("", 0), ("MATERIAL_R_MAX\n2\n", 2)])
+def test_search_radius(lines, factor):
+    """The manual's formula where a file sets `MATERIAL_R_MAX`, with the least sigma_t' of the three
+    channels, here that of red: 2 (1 - 0.5) + 0.1; no limit elsewhere."""
+    text = BALL + "reflection Subsurface_Scattering\nSCATTERING\n0\n2 4 6\nABSORBING\n0\n"
+    bsdf = scene(text + "0.1 0.1 0.1\nPAHASE\n0.5\n" + lines)["object_1"]["bsdf"]
+    assert bsdf["r_max"] == pytest.approx(factor * 1.25 * np.sqrt(np.log(1e4) / 1.1))
+    assert (bsdf["level"], bsdf["g"]["value"]) == (-1, [0.5, 0.5, 0.5])
 
 
 def test_the_environment_chooses_the_way():

@@ -69,6 +69,10 @@ SCENES = {
         FOG + BALL + "reflection reflection99\n", SPECTRAL, "volpathmis", "perspective",
         ["schlickglass"], 32,
     ),
+    "marble": (
+        BALL + "reflection Subsurface_Scattering\nMATERIAL_SYMBOL\nMarble\n",
+        RGB, "dipole", "perspective", ["dipole", "subsurface"], 32,
+    ),
     "milk": (
         BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\nMATERIAL_SYMBOL\nWholemilk\n",
         RGB, "volpathmis", "perspective", ["schlickglass"], 32,
