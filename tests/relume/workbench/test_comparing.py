@@ -127,6 +127,26 @@ def test_the_other_integrator_gets_what_the_plan_wraps_around_the_planned(room, 
     assert [side.name for side in found.sides] == ["path", "volpath"]
 
 
+def test_both_sides_can_be_named(room):
+    """`direct` lacks what comes by way of other surfaces: it is darker than `path`."""
+    found = comparing.compare(room(), integrator="direct", with_="path", **SMALL)
+    report = found.report()
+    assert [side.name for side in found.sides] == ["direct", "path"] and not found.agree
+    assert all(channel["ratio"] < 0.97 for channel in report["energy"])
+    assert "--integrator direct --with path" in report["command"]
+
+
+def test_a_method_may_change_the_scene(room):
+    """Stock glass with Fresnel's own formulas: another picture than Schlick's where the ball is.
+
+    Index 3: at 75 degrees Schlick reflects 0.418, Fresnel 0.352. The rest of the picture is the same.
+    """
+    ball = "OBJECT\nsphere 0 3 4 3\ncolor 1 1 1\nrefractive_index 3\nreflection reflection\n"
+    found = comparing.compare(room(objects=ball), with_="dielectric", spp=512, size=(32, 24))
+    most = found.report()["most"]
+    assert not found.agree and 8 < most["x"] < 24
+
+
 # ---- what is rendered
 
 
@@ -221,6 +241,7 @@ def test_the_page_tells_verdict_figures_command_and_versions(compared):
     text = page(compared)
     report = compared.report()
     assert report["text"] in text and "mitsuba" in text and "3.9.1" in text
+    assert "libLLVM" in text and "/libLLVM" not in text
     assert "--with volpath --size 20x12 --spp 32 --runs 32 --seed 0 --dialect manual" in text
     assert "a &amp; &lt;b&gt;.txt" in text and "<b>" not in text
     for figure in ("relMSE, debiased", "HDR-FLIP", "threshold", "efficiency"):
