@@ -139,7 +139,7 @@ def test_both_sides_can_be_named(room):
 def test_a_method_may_change_the_scene(room):
     """Stock glass with Fresnel's own formulas: another picture than Schlick's where the ball is.
 
-    Index 3: at 75 degrees Schlick reflects 0.418, Fresnel 0.352. The rest of the picture is the same.
+    Index 3: at 75 degrees Schlick reflects 0.418, Fresnel 0.352. The rest is the same.
     """
     ball = "OBJECT\nsphere 0 3 4 3\ncolor 1 1 1\nrefractive_index 3\nreflection reflection\n"
     found = comparing.compare(room(objects=ball), with_="dielectric", spp=512, size=(32, 24))
