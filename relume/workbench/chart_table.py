@@ -115,5 +115,5 @@ def explanations(chart):
         "Front: points that no other method is below. First run: what it takes beyond the next one,"
         " to compile; it is in no curve.",
         f"Reference: {about['method']}, {about['runs']} x {about['spp']} samples of a pixel,"
-        f" relMSE {chart.reference.noise:.2g}.",
+        f" relMSE {chart.reference.noise:.2g}, {about['key']}.exr in the cache.",
     ]
