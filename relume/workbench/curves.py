@@ -77,7 +77,7 @@ class Curve:
 
     def error_at(self, times, clock="wall"):
         """The error after some times: straight in the logarithms between the points, infinite
-        before the first; beyond the last the variance falls with the time and the bias stays.
+        before the first; beyond the last the variance falls with the samples and the bias stays.
 
         Args:
             times: [s].
@@ -87,7 +87,8 @@ class Curve:
         x = np.log(np.maximum.accumulate(known))
         y = np.log(np.maximum(e, np.finfo(float).tiny))
         floor = max(float(bias2(self.gram)[-1]), 0.0) if self.biased() else 0.0
-        beyond = floor + (e[-1] - floor) * known[-1] / times
+        spp = self.spp[-1] + (times - known[-1]) / each(known, self.spp)
+        beyond = floor + (e[-1] - floor) * self.spp[-1] / np.maximum(spp, self.spp[-1])
         inside = np.exp(np.interp(np.log(times), x, y, left=np.inf))
         return np.where(times > known[-1], beyond, inside)
 
@@ -129,7 +130,7 @@ class Curve:
 
         def found(gram):
             floor = max(float(bias2(gram)[-1]), 0.0) if stays else 0.0
-            return math.log(reached(target, times, error(gram), floor))
+            return math.log(reached(target, times, error(gram), self.spp, floor))
 
         value, half = jackknife(found, self.gram)
         return math.exp(value), float(half)
@@ -210,13 +211,20 @@ def jackknife(function, gram, shared=0.0, confidence=CONFIDENCE):
     return value, statistics.half_width(variance + shared, dof, confidence)
 
 
-def reached(target, times, errors, floor=0.0):
+def each(times, spp):
+    """Time of one more sample of a pixel [s], without what a render takes besides."""
+    more = (times[-1] - times[0]) / (spp[-1] - spp[0])
+    return more if more > 0 else times[-1] / spp[-1]
+
+
+def reached(target, times, errors, spp, floor=0.0):
     """Time at which an error curve falls to a target.
 
     Args:
         target: error.
         times: (levels,) growing [s].
         errors: (levels,).
+        spp: (levels,) samples of a pixel.
         floor: the part of the last error that stays.
 
     Returns:
@@ -233,4 +241,5 @@ def reached(target, times, errors, floor=0.0):
         return float(times[k - 1] * (times[k] / times[k - 1]) ** share)
     if target <= floor:
         return math.inf
-    return float(times[-1] * (errors[-1] - floor) / (target - floor))
+    needed = spp[-1] * (errors[-1] - floor) / (target - floor)
+    return float(times[-1] + each(times, spp) * (needed - spp[-1]))

@@ -1,5 +1,6 @@
 """Error curves against synthetic pictures whose error, bias and slope are known."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -143,14 +144,22 @@ def test_too_few_levels_or_nothing_above_zero_gives_no_slope():
 )
 def test_time_to_a_target(target, time):
     """Errors 0.4 and 0.2 at 1 and 2 s: straight in the logarithms, beyond the last as 1/t."""
-    times, errors = np.array([1.0, 2.0]), np.array([0.4, 0.2])
-    assert curves.reached(target, times, errors) == pytest.approx(time)
+    times, errors, spp = np.array([[1.0, 2.0], [0.4, 0.2], [8, 16]])
+    assert curves.reached(target, times, errors, spp) == pytest.approx(time)
+
+
+def test_what_a_render_takes_besides_its_samples_is_taken_once():
+    """1 s and 0.1 s a sample: 64 samples, that 1/8 of the error at 8 needs, take 7.4 s."""
+    spp = np.array([2, 4, 8])
+    assert curves.reached(1 / 64, 1 + 0.1 * spp, 1 / spp, spp) == pytest.approx(7.4)
+    made = dataclasses.replace(exact_curve(1 + 0.1 * spp, 1 / spp), spp=spp)
+    assert made.error_at(np.array([7.4])) == pytest.approx(1 / 64)
 
 
 def test_beyond_the_last_point_the_bias_stays():
-    times, errors = np.array([1.0, 2.0]), np.array([0.4, 0.2])
-    assert curves.reached(0.15, times, errors, floor=0.1) == pytest.approx(4.0)
-    assert curves.reached(0.1, times, errors, floor=0.1) == math.inf
+    times, errors, spp = np.array([[1.0, 2.0], [0.4, 0.2], [8, 16]])
+    assert curves.reached(0.15, times, errors, spp, floor=0.1) == pytest.approx(4.0)
+    assert curves.reached(0.1, times, errors, spp, floor=0.1) == math.inf
 
 
 def exact_curve(times, errors):
