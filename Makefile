@@ -66,5 +66,10 @@ study-honesty: setup
 study-mutations: setup
 	$(BIN)/python tests/study_mutations.py
 
+# make study-references SCENE=glass.txt; without SCENE, of all scenes
+.PHONY: study-references
+study-references: setup
+	$(BIN)/python tests/relume/workbench/study_references.py $(SCENE)
+
 clean:
 	rm -rf $(VENV) out build *.egg-info
