@@ -288,16 +288,16 @@ def blocks(picture):
     return means, parts.std(axis=1) / np.sqrt(parts.shape[1]) / means
 
 
-def test_a_room_of_giant_spheres():
+@pytest.mark.false_alarms(1e-3)
+def test_a_room_of_giant_spheres(chance):
     """Mean radiance within 0.5 % of double precision; stock spheres are far off (30 % too dark).
 
     The reference takes 960 x 720 paths, which gives the mean of each channel with a relative
     standard error below 0.15 %, asserted below (an upper bound: the paths are stratified over the
-    film). Each of 12 blocks agrees within 4.5 standard errors of its own, which by chance fails
-    for one of 36 numbers in 4000 runs; seeds are fixed.
+    film). So are the errors of the 12 blocks, by which these are judged.
     """
     mi.set_variant("llvm_ad_rgb")
-    reference = trace(960, 720, seed=1)
+    reference = trace(960, 720, seed=chance.seed())
     mean = reference.mean(axis=(0, 1))
     error = reference.std(axis=(0, 1)) / np.sqrt(960 * 720) / mean
     assert error.max() < 0.0015
@@ -306,13 +306,12 @@ def test_a_room_of_giant_spheres():
     ours = translation.dictionary()
     depth = {"type": "path", "max_depth": DEPTH, "rr_depth": 1000}
     ours["integrator"] = depth
-    picture = np.array(mi.render(mi.load_dict(ours), spp=512, seed=2))
+    picture = np.array(mi.render(mi.load_dict(ours), spp=512, seed=chance.seed()))
     off = picture.mean(axis=(0, 1)) / mean - 1
     assert np.abs(off).max() < 0.005
 
     block_means, block_errors = blocks(reference)
-    z = (blocks(picture)[0] / block_means - 1) / block_errors
-    assert np.abs(z).max() < 4.5
+    chance.scores((blocks(picture)[0] / block_means - 1) / block_errors)
 
     stock = dict(ours)
     walls = [name for name, entry in translation.scene.items()
