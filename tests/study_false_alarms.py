@@ -7,7 +7,8 @@ The first form reruns every test that states a rate (`false_alarms`), each time 
 and a random one of its parameter sets. Samples are divided by `--reduced`: standard errors grow by
 the root of that, limits of the standard error with them, so that a test's statistic keeps its law.
 What a test grants beside chance is not enlarged, which makes a rerun stricter than the test. The
-second form compares scenes with themselves as `relume compare` does.
+second form compares scenes with themselves by the statistics of `relume compare`: each comparison
+draws its 2 x 32 renders from a pool of 1280, so that any two comparisons share few.
 """
 
 import argparse
@@ -17,16 +18,21 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 from honesty_page import merge
 
-import relume  # noqa: F401  first: it points Dr.Jit at a usable LLVM
-from relume.workbench import comparing
+import relume  # first: it points Dr.Jit at a usable LLVM
+import translator
+from relume.application import prepared, resized
+from relume.session import Session
+from relume.workbench import statistics
+from relume.workbench.comparing import RUNS
 from relume.workbench.comparison import FALSE_ALARMS
 
 ROOT = Path(__file__).parents[1]
 SCENES = ("cornell", "glass", "spot", "ward")
-SELF = {"size": (32, 24), "spp": 64}
+SIZE, SPP, POOL = (32, 24), 2, 1280
 
 
 class Tally:
@@ -111,12 +117,29 @@ def rerun_tests(count, reduced, arguments):
 
 def compare_with_self(scene, count):
     """The tally of the verdict of `relume compare` between a method and itself."""
-    tally = Tally(FALSE_ALARMS)
-    for seed in range(count):
-        found = comparing.compare(ROOT / "scenes" / f"{scene}.txt", with_="path", **SELF, seed=seed)
+    tally, rng, pool = Tally(FALSE_ALARMS), np.random.default_rng(1), []
+    document = resized(relume.read(ROOT / "scenes" / f"{scene}.txt"), SIZE, SPP * RUNS)
+    with prepared(translator.translate(document)) as session:
+        for seed in range(POOL):
+            session = Session(session.scene, SPP, seed)
+            for _ in session.run():
+                pass
+            pool.append(session.image())
+    for _ in range(count):
+        drawn = rng.permutation(POOL)
+        sides = (estimate(pool[k] for k in drawn[i : i + RUNS]) for i in (0, RUNS))
+        scores = statistics.all_levels(*sides, FALSE_ALARMS)
         tally.reruns += 1
-        tally.alarms += not found.agree
+        tally.alarms += any(level.differ for level in scores.values())
     return tally
+
+
+def estimate(pictures):
+    """The `statistics.Estimate` of some pictures."""
+    runs = statistics.Runs()
+    for picture in pictures:
+        runs.add(picture)
+    return runs.estimate()
 
 
 def main():
