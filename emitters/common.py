@@ -75,3 +75,19 @@ def spawn_ray(p, n, d, time, wavelengths):
     """Ray that leaves the surface point `p` towards `d`, on the side of the normal `n`."""
     margin = mi.math.RayEpsilon * (1.0 + dr.max(dr.abs(p)))
     return mi.Ray3f(dr.fma(margin, n, p), d, time, wavelengths)
+
+
+def sphere_of(emitter):
+    """Centre and radius of the sphere that an emitter hangs on; None if there is no sphere.
+
+    The centre is opaque and kept in `emitter.sphere`, so that equal scenes share a kernel.
+    """
+    shape = emitter.get_shape()
+    if shape is None or shape.shape_type() != mi.ShapeType.Sphere.value:
+        return None
+    box = shape.bbox()
+    if emitter.sphere is None or emitter.sphere[0] != box:
+        centre = 0.5 * (np.array(box.min, np.float64) + np.array(box.max, np.float64))
+        emitter.sphere = box, mi.Point3f(*(dr.opaque(mi.Float, float(x)) for x in centre))
+    # A box loses the digits of a small radius far from the origin; the area does not.
+    return emitter.sphere[1], dr.sqrt(shape.surface_area() / (4.0 * dr.pi))

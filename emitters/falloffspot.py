@@ -86,26 +86,27 @@ def define():
 
         def _derive(self):
             w, f = dr.deg2rad(self.cutoff_angle), dr.deg2rad(self.falloff_angle)
-            self.cos_w = dr.cos(w)
-            # cos(w - f) - cos(w), written so that a narrow rim keeps its digits
+            # Cosines near 1 have few digits left in float32: 1 - cos(w) and cos(w - f) - cos(w).
+            self.versine_w = 2.0 * dr.square(dr.sin(0.5 * w))
             rim = 2.0 * dr.sin(w - 0.5 * f) * dr.sin(0.5 * f)
-            self.inverse_rim = dr.rcp(dr.maximum(rim, 1e-8))  # f = 0: steeper than float32 tells
+            self.inverse_rim = dr.rcp(dr.maximum(rim, 1e-20))  # f = 0: steeper than float32 tells
             dr.make_opaque(
                 self.position, self.direction, self.falloff_exponent, self.attenuation,
-                self.cos_w, self.inverse_rim,
+                self.versine_w, self.inverse_rim,
             )  # fmt: skip
 
-        def _ramp(self, cos_theta):
+        def _ramp(self, versine):
+            """The factor r of a direction of which 1 - cos(theta) is `versine`."""
             # above 0, so that x^p and its derivative stay finite outside the cone
-            x = dr.clip((cos_theta - self.cos_w) * self.inverse_rim, 1e-7, 1.0)
-            return dr.select(cos_theta > self.cos_w, dr.power(x, self.falloff_exponent), 0.0)
+            x = dr.clip((self.versine_w - versine) * self.inverse_rim, 1e-7, 1.0)
+            return dr.select(versine < self.versine_w, dr.power(x, self.falloff_exponent), 0.0)
 
         def _irradiance(self, it, d, dist, active):
             """Irradiance at `it` perpendicular to `d`, the direction towards the light."""
             a, b, c = self.attenuation
             t = dr.fma(dr.fma(c, dist, b), dist, a)
             t = dr.select(t < NO_ATTENUATION_BELOW, 1.0, t)
-            weight = self._ramp(-dr.dot(d, self.direction)) / t
+            weight = self._ramp(0.5 * dr.squared_norm(d + self.direction)) / t
             si = spectrum_lookup(self.position, mi.Point2f(0.5), it.time, it.wavelengths)
             value = self.intensity.eval(si, active) * dr.select(active, weight, 0.0)
             return mi.depolarizer(value)
@@ -134,10 +135,12 @@ def define():
                     f"{a:g} {b:g} {c:g}; use an integrator that starts at the camera",
                 )
                 return dr.zeros(mi.Ray3f), mi.Spectrum(0.0)
-            local = mi.warp.square_to_uniform_cone(sample3, self.cos_w)
+            versine = sample3.x * self.versine_w  # uniform in the cone
+            sine, (s, c_phi) = dr.sqrt(versine * (2.0 - versine)), dr.sincos(dr.two_pi * sample3.y)
+            local = mi.Vector3f(sine * c_phi, sine * s, 1.0 - versine)
             si = spectrum_lookup(self.position, mi.Point2f(0.5), time)
             wavelengths, weight = sample_spectrum(self.intensity, si, sample1, active)
-            weight *= self._ramp(local.z) * (dr.two_pi * (1.0 - self.cos_w) / c)
+            weight *= self._ramp(versine) * (dr.two_pi * self.versine_w / c)
             d = mi.Frame3f(self.direction).to_world(local)
             return mi.Ray3f(self.position, d, time, wavelengths), mi.depolarizer(weight)
 

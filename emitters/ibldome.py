@@ -52,7 +52,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from emitters.common import sample_side, spawn_ray
+from emitters.common import sample_side, spawn_ray, sphere_of
 from emitters.domemaps import cell_solid_angles, find_map, texel
 from registration import on_every_variant
 
@@ -100,7 +100,7 @@ def define():
             image = read_image(props)
             self.data = mi.TensorXf(np.atleast_3d(spectral_texels(image)))
             self.d65 = mi.load_dict({"type": "d65"})
-            self.sphere_box = None
+            self.sphere = None
             self._prepare_sampling(image)
 
         def _prepare_sampling(self, image):
@@ -125,19 +125,10 @@ def define():
 
             Dr.Jit traces every living emitter, also those no scene uses, so this must not raise.
             """
-            shape = self.get_shape()
-            if shape is None:
-                return mi.Point3f(0.0), mi.Float(0.0)
-            if shape.shape_type() != mi.ShapeType.Sphere.value:
+            sphere = sphere_of(self)
+            if sphere is None and self.get_shape() is not None:
                 mi.Log(mi.LogLevel.Warn, "ibldome gives no light: it must be attached to a sphere")
-                return mi.Point3f(0.0), mi.Float(0.0)
-            box = shape.bbox()
-            if self.sphere_box is None or box != self.sphere_box:
-                self.sphere_box = box
-                centre = 0.5 * (np.array(box.min) + np.array(box.max))
-                self.centre = mi.Point3f(*(dr.opaque(mi.Float, float(x)) for x in centre))
-                self.radius = dr.opaque(mi.Float, 0.5 * float(box.max.x - box.min.x))
-            return self.centre, self.radius
+            return sphere or (mi.Point3f(0.0), mi.Float(0.0))
 
         def _normal(self, p):
             return dr.normalize(p - self._sphere()[0])

@@ -8,13 +8,22 @@ r"""Area light that shines on both sides (`twosidedarea`)
 
 Attached to any shape, it makes every point of it emit :math:`L_e` into the whole sphere of
 directions, as the legacy language has it for hemispheres and infinite planes with emission, and
-for images put on planes and meshes as light. A closed lamp needs no second side: use `area` there.
-Of a sphere that lights its own inside turn the normals inwards (`flip_normals`): seen from just
-below the surface the stock sphere is otherwise sampled as if from outside, and light is lost.
-A lamp of area :math:`A` with constant radiance has the power :math:`2 \pi A L_e`.
+for images put on planes and meshes as light. A closed lamp needs no second side: `area` does there,
+but for spheres that light their own inside or subtend less than a hundredth of a radian. A lamp of area :math:`A` with constant radiance has the power :math:`2 \pi A L_e`.
 
 Emitter sampling draws points on the shape as the shape itself does it, by solid angle where it
-can. Where `radiance` is a texture, shapes other than meshes are sampled by it: nine in ten points
+can. On a sphere of radius :math:`R` that is seen from the distance :math:`D` of its centre, outside
+by more than :math:`10^{-3} R`, it is uniform in the cone of half angle :math:`\sigma`,
+
+.. math::
+    p = \frac{1}{2 \pi (1 - \cos\sigma)} = \frac{1 + \cos\sigma}{2 \pi \sin^2\sigma}, \qquad
+    \sin\sigma = \frac{R}{D},
+
+which single precision bears for any :math:`\sigma`; elsewhere, above all inside, it is uniform over
+the area. (The stock sphere computes :math:`1 - \cos\sigma` as written: lamps that subtend
+:math:`10^{-4}` rad are dark. On its inner surface it takes points that rounding has put outside for
+points that see it from outside.) Source: M. Pharr, W. Jakob and G. Humphreys, Physically Based
+Rendering, 4th edition, section 6.2.4. Where `radiance` is a texture, shapes other than meshes are sampled by it: nine in ten points
 follow the texture's own density over :math:`(u, v)`, one is uniform there, so that no part of the
 shape is missed even if the texture is transformed. Meshes are sampled by area, since nothing
 promises that their :math:`(u, v)` cover the image once.
@@ -28,10 +37,23 @@ promises that their :math:`(u, v)` cover the image once.
 import drjit as dr
 import mitsuba as mi
 
-from emitters.common import sample_side, sample_spectrum, spawn_ray
+from emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
 from registration import on_every_variant
 
 BY_TEXTURE = 0.9
+OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
+
+
+def cone(distance, radius):
+    """Squared sine and cosine of the half angle of the cone that a sphere fills, seen from outside.
+
+    Args:
+        distance: of its centre.
+        radius: its radius.
+    """
+    sine2 = dr.square(radius / distance)
+    # (D - R) (D + R) keeps the digits of a cosine near 0.
+    return sine2, dr.safe_sqrt((distance - radius) * (distance + radius)) / distance
 
 
 def define():
@@ -42,6 +64,7 @@ def define():
                 raise ValueError("twosidedarea: the shape has the transform, not the light")
             self.radiance = props.get_emissive_texture("radiance", 1.0)
             self.name = props.get("name", "")
+            self.sphere = None
             self._set_flags()
 
         def _set_flags(self):
@@ -69,6 +92,49 @@ def define():
             pdf = self._uv_pdf(uv, active) / area
             return si, dr.select(active & si.is_valid() & (area > 0.0), pdf, 0.0)
 
+        def _sample_sphere(self, it, sample, sphere, active):
+            """Point on a sphere as seen from `it`."""
+            centre, radius = sphere
+            ps = self.get_shape().sample_position(it.time, sample, active)
+            to_centre = centre - it.p
+            distance = dr.norm(to_centre)
+            outside = distance > OUTSIDE * radius
+            sine2, cos_cone = cone(dr.select(outside, distance, 2.0 * radius), radius)
+            # 1 - cos(theta) is uniform up to 1 - cos(sigma).
+            versine = sample.x * sine2 / (1.0 + cos_cone)
+            sin2 = versine * (2.0 - versine)
+            share = dr.minimum(sin2 / sine2, 1.0)  # (sin(theta) / sin(sigma))^2
+            s, c = dr.sincos(dr.two_pi * sample.y)
+            sine, cosine = dr.sqrt(sin2), 1.0 - versine
+            axes = mi.Frame3f(to_centre / distance)
+            d = axes.to_world(mi.Vector3f(c * sine, s * sine, cosine))
+            # The near point of the ray: its normal from the angle at the centre, its distance.
+            root = dr.sqrt(1.0 - share)
+            cos_a = -dr.fma(share, dr.sqrt(sine2), root * cosine)
+            sin_a = dr.safe_sqrt(1.0 - cos_a * cos_a)
+            n = axes.to_world(mi.Vector3f(c * sin_a, s * sin_a, cos_a))
+
+            ds = dr.zeros(mi.DirectionSample3f)
+            ds.n = mi.Normal3f(dr.select(outside, n, ps.n))
+            ds.p = dr.select(outside, dr.fma(radius, n, centre), ps.p)
+            offset = ps.p - it.p
+            ds.dist = dr.select(outside, dr.fma(distance, cosine, -radius * root), dr.norm(offset))
+            ds.d = dr.select(outside, d, offset / ds.dist)
+            ds.uv, ds.time, ds.delta = ps.uv, it.time, False
+            ds.pdf = self._sphere_pdf(it, ds, sphere)
+            return ds
+
+        def _sphere_pdf(self, it, ds, sphere):
+            """Density of ``_sample_sphere`` per solid angle."""
+            centre, radius = sphere
+            distance = dr.norm(centre - it.p)
+            outside = distance > OUTSIDE * radius
+            sine2, cos_cone = cone(dr.select(outside, distance, 2.0 * radius), radius)
+            cos = dr.abs(dr.dot(ds.d, ds.n))
+            by_area = dr.square(ds.dist / radius) * (0.25 * dr.inv_pi) / cos
+            by_area = dr.select(cos > 0.0, by_area, 0.0)
+            return dr.select(outside, (1.0 + cos_cone) * dr.inv_two_pi / sine2, by_area)
+
         def sample_direction(self, it, sample, active=True):
             if self.get_shape() is None:  # Dr.Jit traces every living emitter, attached or not
                 return dr.zeros(mi.DirectionSample3f), mi.Spectrum(0.0)
@@ -81,6 +147,8 @@ def define():
                 ds.d /= ds.dist
                 cos = dr.abs(dr.dot(ds.d, ds.n))
                 ds.pdf = dr.select(cos > 0.0, pdf * dr.square(ds.dist) / cos, 0.0)
+            elif sphere := sphere_of(self):
+                ds = self._sample_sphere(it, sample, sphere, active)
             else:
                 ds = self.get_shape().sample_direction(it, sample, active)
             ds.emitter = mi.EmitterPtr(self)
@@ -95,7 +163,10 @@ def define():
             if shape is None:
                 return mi.Float(0.0)
             if not self._follows_texture():
-                return shape.pdf_direction(it, ds, active)
+                sphere = sphere_of(self)
+                if sphere is None:
+                    return shape.pdf_direction(it, ds, active)
+                return dr.select(active, self._sphere_pdf(it, ds, sphere), 0.0)
             si = shape.eval_parameterization(ds.uv, mi.RayFlags.dPdUV, active)
             projected = dr.norm(dr.cross(si.dp_du, si.dp_dv)) * dr.abs(dr.dot(ds.d, ds.n))
             pdf = self._uv_pdf(ds.uv, active) * dr.square(ds.dist) / projected

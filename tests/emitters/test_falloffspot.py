@@ -93,6 +93,18 @@ def test_hard_edges():
         np.testing.assert_allclose(value[:, 0], [3, 3, 3, 0, 0, 0], rtol=1e-6)
 
 
+@pytest.mark.parametrize("w", [1e-3, 0.01, 0.03])
+def test_narrow_cones(w):
+    """The ramp of a cone whose cosine single precision does not tell from 1. Points to 1e-7 of the
+    distance are 0.6 % of the narrowest cone, so its ramp is known to 2 %."""
+    emitter = mi.load_dict(spot(cutoff_angle=w, falloff_angle=w / 2, falloff_exponent=1.0))
+    for share in (0.3, 0.6, 0.9, 1.1):
+        _, value = received(emitter, [place(share * w, 1.0)])
+        # 1 - cos(t) is t²/2.
+        expected = np.clip((1 - share**2) / (1 - 0.25), 0, 1)
+        np.testing.assert_allclose(value[0], expected * np.array([3.0, 2.0, 1.0]), atol=0.06)
+
+
 def test_attenuation_below_a_thousandth_is_none():
     """t < 1e-3 counts as 1: with 0 0 1, within 0.0316 of the light."""
     emitter = mi.load_dict(spot())

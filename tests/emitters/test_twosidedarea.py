@@ -77,6 +77,82 @@ def test_sphere_from_outside(measure, agrees, spot_meter):
 
 
 @pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("angle", [1e-5, 1e-3, 0.1])
+def test_sphere_of_any_apparent_size(angle, measure, agrees, spot_meter):
+    """E = pi L sin²(sigma), also where 1 - cos(sigma) is nothing in single precision."""
+    sine = np.sin(angle / 2)
+    lamp = {"type": "sphere", "center": [0, 0, 50], "radius": 50 * sine, "bsdf": black(),
+            "light": light(sine**-2)}  # fmt: skip
+    scene = seen_plate(lamp, [0, 0, 0], [0, 0, 1], spot_meter)
+    agrees(measure(scene, spp=512), RHO)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("distance", [0.4, 0.9995, 1.0005, 1.002, 1.5, 30.0])
+def test_sampling_density_of_a_sphere(distance, chance, level):
+    """From inside and outside and next to its surface the density integrates to 1 over directions,
+    and is that of the samples, which are points of the sphere.
+
+    The density is split by the near point and the far one: from outside only the near point is
+    sampled by the cone. 400000 directions in the cone about the centre, or in the sphere.
+    """
+    scene = mi.load_dict({"type": "scene", "lamp": {"type": "sphere", "light": light()}})
+    emitter = scene.emitters()[0]
+    it = dr.zeros(mi.Interaction3f)
+    axis = np.array([0.48, 0.6, 0.64])
+    it.p = mi.Point3f(*(distance * axis).tolist())
+    rng, count = chance.rng(), chance.samples(400000)
+    outside = distance > 1.001
+    cos_cone = np.sqrt(1 - 1 / distance**2) if outside else -1.0
+    cosine = 1 - rng.random(count) * (1 - cos_cone)
+    phi = rng.random(count) * 2 * np.pi
+    sine = np.sqrt(1 - cosine**2)
+    local = mi.Vector3f(*(np.float32(x) for x in (sine * np.cos(phi), sine * np.sin(phi), cosine)))
+    w = mi.Frame3f(mi.Vector3f(*(-axis).tolist())).to_world(local)
+    total = np.zeros(cosine.size)
+    ray, met = mi.Ray3f(it.p, w), mi.Bool(True)
+    for _ in range(1 if outside else 2):
+        si = scene.ray_intersect(ray, met)
+        met &= si.is_valid()
+        ds = mi.DirectionSample3f(scene, si, it)
+        total += np.array(dr.select(met, emitter.pdf_direction(it, ds), 0))
+        ray = si.spawn_ray(w)
+    total *= 2 * np.pi * (1 - cos_cone)
+    # Float32 meets a sphere from next to its surface to 1e-3 of the directions.
+    chance.equal(level(total), 1.0, allowed=2e-3, precision=1e-2)
+    variates = mi.Point2f(rng.random((2, 20000)).astype(np.float32))
+    ds, value = emitter.sample_direction(it, variates)
+    np.testing.assert_allclose(dr.norm(ds.p), 1, rtol=1e-5)
+    # A tangent ray takes the square root of the rounding of a sine.
+    np.testing.assert_allclose(np.array(it.p + ds.dist * ds.d), np.array(ds.p), atol=5e-4)
+    np.testing.assert_allclose(np.array(value * ds.pdf), L, rtol=1e-4)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("radius", [0.1, 1.0, 100.0])
+def test_furnace_on_the_inner_surface(radius, measure, chance):
+    """A sphere of albedo 1/2 that emits 1 inside: L = 1 + L / 2 = 2. The stock sphere takes points
+    of its inner surface for outer ones and loses 10 to 20 %."""
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "rr_depth": 20},
+            "ball": {"type": "sphere", "radius": radius, "light": light(1.0),
+                     "bsdf": {"type": "twosided", "bsdf": {"type": "diffuse"}}},
+            "sensor": {
+                "type": "perspective",
+                "to_world": mi.ScalarTransform4f().look_at(
+                    origin=[0, 0, 0.1 * radius], target=[0, 0, -1], up=[0, 1, 0]
+                ),
+                "near_clip": 1e-6,
+                "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}},
+            },
+        }
+    )  # fmt: skip
+    chance.equal(measure(scene, spp=512), 2.0, allowed=2e-3, precision=2e-3)
+
+
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("shape", ["sphere", "cube", "cylinder"])
 def test_furnace_inside(shape, measure, agrees, spot_meter):
     """E = pi L inside a closed lamp, whatever its shape; the cube is a mesh.
