@@ -198,8 +198,12 @@ def loaded(translation):
     Raises:
         CannotRender: Mitsuba does not take it, such as for numbers beyond single precision.
     """
+    shapes = [entry.get("type") for entry in translation.scene.values() if isinstance(entry, dict)]
+    # Mitsuba 3.9 merges rectangles of one BSDF into a mesh without a bounding box. Lights at
+    # infinity then are looked for within a sphere that is too small, and shine through walls.
+    safe = shapes.count("rectangle") < 2
     try:
-        return mi.load_dict(translation.dictionary())
+        return mi.load_dict(translation.dictionary(), optimize=safe)
     except (RuntimeError, TypeError) as error:
         raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
 

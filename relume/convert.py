@@ -18,6 +18,8 @@ from translator.scene import OWN_PLUGINS
 def write_xml(path, out, dialect="manual", asset_path=()):
     """Convert a scene file to XML that `mi.load_file` loads after `import relume`.
 
+    Load it with `optimize=False`: see `application.loaded`.
+
     Meshes and pictures are written into the folder `<stem>_files` beside the XML, so both can be
     moved together.
 

@@ -157,3 +157,26 @@ def test_what_mitsuba_refuses_is_said_in_one_line(room):
     ):
         pass
     assert "\n" not in str(error.value)
+
+
+def test_walls_of_one_material_keep_the_sky_out(tmp_path):
+    """Inside a closed box of six rectangles it is dark. Merged by Mitsuba 3.9, they have no
+    bounding box, and 2 % of the sky's light came through."""
+    low, high = -1, 1
+    walls = [
+        (corner, u, v)
+        for corner, edges in (((low,) * 3, 1), ((high,) * 3, -1))
+        for u, v in (
+            ((2 * edges, 0, 0), (0, 2 * edges, 0)),
+            ((0, 2 * edges, 0), (0, 0, 2 * edges)),
+            ((0, 0, 2 * edges), (2 * edges, 0, 0)),
+        )
+    ]
+    lines = ["IMAGE\n16 16\nBACKGROUND\n1 1 1\nCAMERA_POS\n0 0 0.5\nCAMERA_DIR\n0 0 -1\n"]
+    for corner, u, v in walls:
+        place = (" ".join(map(str, values)) for values in (corner, u, v))
+        lines.append("OBJECT\nuvplane {}\nU {}\nV {}".format(*place))
+        lines.append("color 0.8 0.8 0.8\nreflection diffuse\n")
+    path = tmp_path / "box.txt"
+    path.write_text("\n".join(lines))
+    assert relume.render(path, spp=16).max() == 0
