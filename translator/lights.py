@@ -14,7 +14,11 @@ TWO_SIDED = (Hemisphere, Plane, MeshFile)
 9.2), and of a sphere one side is all that can be seen."""
 
 
-def area(block, entry, matrix, camera, ambient=(0.0, 0.0, 0.0)):
+SMALL = 0.01
+"""Radius over the size of the scene below which a sphere is a small lamp."""
+
+
+def area(block, entry, matrix, camera, size, ambient=(0.0, 0.0, 0.0)):
     """Add the emitter of a surface's own emission to its shape's dictionary.
 
     Args:
@@ -22,6 +26,7 @@ def area(block, entry, matrix, camera, ambient=(0.0, 0.0, 0.0)):
         entry: the shape's dictionary.
         matrix: its transformation, (4, 4).
         camera: position of the camera, (3,): a sphere around it emits inwards.
+        size: diameter of the scene [scene unit].
         ambient: radiance of the ambient light, added where the object also reflects (9.6).
     """
     kind = "twosidedarea" if isinstance(block.shape, TWO_SIDED) else "area"
@@ -34,6 +39,11 @@ def area(block, entry, matrix, camera, ambient=(0.0, 0.0, 0.0)):
                 del entry["flip_normals"]
             side = "inwards, towards the camera" if inside else "outwards"
             block.source.remark("emission", f"the sphere emits {side}")
+        # Only one side is ever seen of an opaque sphere, and `twosidedarea` samples it better.
+        if block.reflection.kind != "glass" and (
+            inside or entry.get("radius", size) < SMALL * size
+        ):
+            kind = "twosidedarea"
     radiance = np.array(block.emission) + (np.array(ambient) if any(block.color) else 0.0)
     return entry | {"emitter": {"type": kind, "radiance": rgb(radiance)}}
 

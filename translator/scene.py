@@ -3,7 +3,18 @@
 import copy
 from dataclasses import dataclass
 
-from translator import account, camera, domes, lights, materials, media, plan, surfaces
+from translator import (
+    account,
+    camera,
+    domes,
+    lights,
+    materials,
+    media,
+    placement,
+    plan,
+    precision,
+    surfaces,
+)
 from translator.assets import Assets
 from translator.bumps import bumped
 from translator.diagnostics import Problem, SceneError
@@ -122,13 +133,21 @@ class _Objects:
         self.find = assets.find
         self.spectral = spectral
         self.meshes = Meshes(assets.find, spectral)
-        origin = camera.view(document, dialect).origin
-        self.shapes = surfaces.Shapes(document, origin, dialect, self.mesh_box)
+        self.shapes = self.measured()
+        if move := placement.needed(self.shapes.focus, self.shapes.shown):
+            move.place(document, dialect)
+            self.shapes = self.measured()
+        precision.account(document, self.shapes.matrices)
         self.domes = domes.Domes(document, self.shapes, assets.find, dialect, spectral)
         self.around = media.around(document)
         self.why_simulated = media.why_simulated(document, spectral)
         self.diffuses = False
         self.media = [] if self.around is None else [self.around]
+
+    def measured(self):
+        """The `Shapes` of the document as it stands."""
+        origin = camera.view(self.document, self.dialect).origin
+        return surfaces.Shapes(self.document, origin, self.dialect, self.mesh_box)
 
     def mesh_box(self, block, matrix):
         """Corners of a box around a mesh object, or None."""
@@ -266,7 +285,10 @@ class _Objects:
             bsdf = {"type": "mask", "opacity": opacity, "bsdf": bsdf}
         entry["bsdf"] = bsdf
         if any(block.emission):
-            return lights.area(block, entry, matrix, self.shapes.camera, self.document.ambient)
+            shapes = self.shapes
+            return lights.area(
+                block, entry, matrix, shapes.camera, shapes.size, self.document.ambient
+            )
         if any(self.document.ambient):
             # Too many and too dim to be looked for: they are found by chance alone.
             ambient = {"type": "twosidedarea", "radiance": rgb(self.document.ambient)}

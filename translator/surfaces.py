@@ -1,10 +1,12 @@
 """From shapes to Mitsuba shapes (spec section 6): the cheapest exact one for each."""
 
+import math
+
 import numpy as np
 
 from translator import geometry
 from translator.dialects import note
-from translator.giant import Ball, Surroundings, is_giant
+from translator.giant import Ball, Surroundings, is_giant, nearest_point
 from translator.neutral import Matrix, Mesh
 from translator.shapes import (
     Annulus,
@@ -19,6 +21,12 @@ from translator.shapes import (
 
 PLANE_REACH = 100.0
 """Half the side of an infinite plane, in radii of the finite part of the scene."""
+
+NEAR_CAMERA, FAR_CAMERA = 0.01, 1e4
+"""Coordinates of the camera that do not suggest that a scene must be moved [scene unit]."""
+
+VISIBLE_EDGE = 0.5
+"""Angle below the horizon from which on a note tells of an infinite plane's edge [degree]."""
 
 ANNULUS_SEGMENTS = 1024
 """Segments of a ring: its edge is at most 5e-6 of the radius off the circle."""
@@ -43,7 +51,8 @@ class Shapes:
         self.camera = camera
         self.matrices = [geometry.compose(block.transforms) for block in document.objects]
         pairs = list(zip(document.objects, self.matrices, strict=True))
-        if not any(isinstance(b.shape, Plane | Sphere) for b, _ in pairs):
+        ordinary = NEAR_CAMERA <= np.max(np.abs(camera)) <= FAR_CAMERA
+        if ordinary and not any(isinstance(b.shape, Plane | Sphere) for b, _ in pairs):
             mesh_box = lambda *_: None  # noqa: E731
         self.balls = {
             k: ball(block.shape, m)
@@ -59,7 +68,7 @@ class Shapes:
         self.center, self.size = _middle([camera[None], *boxes.values()])
         # What surrounds the camera, such as a sky, does not tell how fine the scene is.
         inner = [box for k, box in boxes.items() if not self.encloses(k, camera)]
-        self.extent = _middle([camera[None], *inner])[1]
+        self.focus, self.extent = _middle([camera[None], *inner])
         ends = [b for k, b in boxes.items() if document.objects[k].ibl_texture is None]
         self.middle = _middle([camera[None], *ends])
         self.planes = [
@@ -68,6 +77,10 @@ class Shapes:
             if isinstance(b.shape, Plane)
         ]
         giants = [self.balls[k] for k in self.giants]
+        # Where there is nothing but surroundings, how near they are tells the size.
+        near = [abs((camera - p) @ n) for p, n in self.planes]
+        near += [np.linalg.norm(nearest_point(ball, camera) - camera) for ball in giants]
+        self.shown = self.extent or self.size or min(near, default=0.0)
         self.surroundings = None
         if giants:
             self.surroundings = Surroundings(giants, self.planes, camera, self.extent)
@@ -166,7 +179,11 @@ class Shapes:
         foot = self.center - ((self.center - p) @ n) * n
         away = float(np.linalg.norm(self.center - foot))
         side = PLANE_REACH * max(self.size / 2, away, 1e-3)
-        block.source.remark("", f"infinite plane: a square of side {2 * side:g}")
+        text = f"infinite plane: a square of side {2 * side:g}"
+        edge = math.degrees(math.atan(abs((self.camera - p) @ n) / side))
+        if edge >= VISIBLE_EDGE:
+            text += f", whose edge lies {edge:.1g} degrees below the horizon"
+        block.source.remark("", text)
         linear = geometry.frame(n) @ np.diag([side, side, 1.0])
         entry = {"type": "rectangle", "to_world": Matrix.of(geometry.affine(linear, foot))}
         return entry | flipped(block.normal < 0)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from relume.workbench.statistics import Level
+from translator import read_text, translate
 
 FLOOR = "OBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.4 0.3\nreflection diffuse\n\n"
 RHO = np.array([0.5, 0.4, 0.3])
@@ -230,3 +231,11 @@ def test_ambient_spares_lamps(view, measure, agrees):
     lamp = "sphere 0 0 0 1\nemission 2 2 2\nreflection diffuse\n"
     agrees(measure(f"{sky}{lamp}color 0 0 0\n", spp=64), 2, of=2)
     agrees(measure(f"{sky}{lamp}color 0.5 0.5 0.5\n", spp=256), 2.6, of=2)
+
+
+@pytest.mark.parametrize("radius, kind", [(1.0, "area"), (0.01, "twosidedarea")])
+def test_small_lamps_are_sampled_by_our_own_emitter(view, radius, kind):
+    """From a hundredth of the scene on: stock sphere lamps of 1e-4 rad give no light."""
+    text = view((0, 0, 3), (0, 0, 1)) + f"OBJECT\nsphere 0 3 0 {radius}\nemission 1 1 1\n{LAMP}"
+    scene = translate(read_text(text, environ={})).scene
+    assert [e["emitter"]["type"] for e in scene.values() if "emitter" in e] == [kind]

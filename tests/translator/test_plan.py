@@ -14,7 +14,7 @@ SCENES = {
     "room": (
         "SAMPLING\n3\nSUPERSAMPLING\n2\n" + "OBJECT\nsphere 0 -1e5 0 1e5\ncolor 1 1 1\n"
         "reflection diffuse\n\n" + BALL + "emission 1 1 1\n",
-        RGB, "path", "perspective", [], 12,
+        RGB, "path", "perspective", ["twosidedarea"], 12,
     ),
     "mirror": (BALL + "color 1 1 1\nreflection specular\n", RGB, "path", "perspective", [], 32),
     "glass": (
