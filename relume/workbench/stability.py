@@ -1,11 +1,12 @@
 """`relume stability`: every method at the inputs where it may fail, against known answers.
 
 A cell (see `stability_cells`, which tells how to add one) is rendered by `RUNS` independent runs;
-if these cannot see an error of `stability_verdict.WANTED`, by more, up to `MOST_SAMPLES`. When to
+if these cannot see an error of `stability_verdict.WANTED`, by more, up to `MOST_RUNS`. When to
 stop depends on the scatter alone. A failure that nothing says, neither a note of the translation
 nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
 """
 
+import math
 import shlex
 import tempfile
 import time
@@ -35,11 +36,11 @@ from translator.diagnostics import SceneError
 RUNS = 16
 """Independent renders of a cell, at least."""
 
-MOST_SAMPLES = 2**22
-"""Samples of a cell after which no run is added."""
+MOST_RUNS = 256
+"""Runs of a cell after which none is added."""
 
-PRECISION = "single precision"
-"""Words of a note that says where the numbers of the renderer end."""
+LIMITS = ("single precision", "below the horizon")
+"""Words of notes on translated lines that tell of a limit of the renderer."""
 
 
 def chosen(methods=(), patterns=()):
@@ -99,7 +100,7 @@ def _rendered_text(case, cell, seed, caught):
         notes = [
             report.note
             for report in translation.document.source.all
-            if report.outcome == "unsupported" or PRECISION in report.note
+            if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
         ]
         with variant(usable_variant(translation.plan)):
             use_threads(translation.document.thread)
@@ -150,11 +151,11 @@ def _measured(scene, integrator, case, seed, said):
             seconds=time.perf_counter() - start,
             said="; ".join([*notes, *(str(warning.message) for warning in caught)]),
         )
-        if found.sees <= WANTED or found.samples >= MOST_SAMPLES or found.not_finite:
+        if found.sees <= WANTED or wanted == MOST_RUNS or found.not_finite:
             return found
         # The variance of a mean falls with the number of runs.
-        ratio = (found.sees / WANTED) ** 2
-        wanted = int(wanted * min(max(1.3, 1.1 * ratio), 1.05 * MOST_SAMPLES / found.samples)) + 1
+        ratio = max(1.3, 1.1 * (found.sees / WANTED) ** 2)
+        wanted = min(math.ceil(wanted * ratio), MOST_RUNS)
 
 
 def report(cell, found):

@@ -1,5 +1,14 @@
 """The families of cells of `relume stability`, one file for each theme."""
 
-from relume.workbench.cells import sizes
+from relume.workbench.cells import (
+    beams,
+    domes,
+    glass,
+    glossy,
+    lamps,
+    sizes,
+    surroundings,
+    walks,
+)
 
-__all__ = ["sizes"]
+__all__ = ["beams", "domes", "glass", "glossy", "lamps", "sizes", "surroundings", "walks"]

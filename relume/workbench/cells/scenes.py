@@ -66,3 +66,16 @@ def diffuse(albedo):
 def emission(radiance):
     """Attribute of a light."""
     return f"emission {numbers(radiance, radiance, radiance)}"
+
+
+def box(*attributes, low=(-1, -1, -1), high=(1, 1, 1)):
+    """A closed box of six parallelograms whose normals point inwards."""
+    x, y, z = (tuple((high[k] - low[k]) * (k == axis) for k in range(3)) for axis in range(3))
+    return [
+        uvplane(low, x, y, *attributes),
+        uvplane((low[0], low[1], high[2]), y, x, *attributes),
+        uvplane(low, y, z, *attributes),
+        uvplane((high[0], low[1], low[2]), z, y, *attributes),
+        uvplane(low, z, x, *attributes),
+        uvplane((low[0], high[1], low[2]), x, z, *attributes),
+    ]

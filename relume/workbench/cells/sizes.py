@@ -1,6 +1,6 @@
 """Sizes and places: radii, scales and distances from the origin that may be beyond float32."""
 
-from relume.workbench.cells.scenes import PATHS, diffuse, emission, plane, sphere, text, uvplane
+from relume.workbench.cells.scenes import PATHS, box, diffuse, emission, plane, sphere, text
 from relume.workbench.stability_cells import Case, family
 
 SCALES = (1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6)
@@ -25,20 +25,9 @@ def shining_hollow_ball(radius):
 
 
 def shining_box(scale, offset):
-    """A cube of six parallelograms around the origin, moved by `offset` along every axis."""
-    low, high = offset - scale, offset + scale
-    edges = [tuple(2 * scale * (k == axis) for k in range(3)) for axis in range(3)]
-    x, y, z = edges
-    grey = (*diffuse(0.5), emission(1))
-    # Each U x V points inwards.
-    return [
-        uvplane((low, low, low), x, y, *grey),
-        uvplane((low, low, high), y, x, *grey),
-        uvplane((low, low, low), y, z, *grey),
-        uvplane((high, low, low), z, y, *grey),
-        uvplane((low, low, low), z, x, *grey),
-        uvplane((low, high, low), x, z, *grey),
-    ]
+    """A cube around a point on the diagonal of space."""
+    low, high = (offset - scale,) * 3, (offset + scale,) * 3
+    return box(*diffuse(0.5), emission(1), low=low, high=high)
 
 
 @family("half side [scene unit]", RADII, *PATHS)

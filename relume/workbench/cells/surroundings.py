@@ -1,0 +1,84 @@
+"""Giant spheres as rooms and floors, infinite planes, and surfaces that coincide."""
+
+from relume.workbench.cells.scenes import (
+    PATHS,
+    box,
+    diffuse,
+    emission,
+    plane,
+    sphere,
+    text,
+    uvplane,
+)
+from relume.workbench.cells.sizes import OFFSETS, RADII, WHITE_SKY
+from relume.workbench.stability_cells import Case, family
+
+GIANTS = (10, 100, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8)
+SIDES = tuple(tuple(sign * (k == axis) for k in range(3)) for axis in range(3) for sign in (-1, 1))
+"""The six unit vectors along the axes."""
+
+
+@family("radius of the walls, half side 1", GIANTS, "giant spheres")
+def room_of_spheres(radius):
+    """Six spheres of albedo 1/2 that emit 1 bound the view on all sides: L = 1 + L / 2 = 2."""
+    walls = [
+        sphere([(1 + radius) * x for x in n], radius, *diffuse(0.5), emission(1)) for n in SIDES
+    ]
+    return Case(text(*walls, camera=(0, 0, 0.5), angle=60), 2.0)
+
+
+@family("radius, camera at the height 1", GIANTS, "giant spheres")
+def ground_of_a_sphere(radius):
+    """The top of a sphere of albedo 1/2 under a lamp as in lit floor: rho L (R/h)² = 1/2."""
+    ground = sphere((0, -radius, 0), radius, *diffuse(0.5))
+    lamp = sphere((0, 4, 0), 0.5, emission(64), *diffuse(0))
+    return Case(text(ground, lamp, camera=(0, 1, 3), angle=0.5), 0.5)
+
+
+@family("half side [scene unit]", RADII, "infinite planes")
+def room_of_planes(scale):
+    """Six planes of albedo 1/2 that emit 1: L = 1 + L / 2 = 2."""
+    walls = [
+        plane([scale * x for x in n], [-x for x in n], *diffuse(0.5), emission(1)) for n in SIDES
+    ]
+    return Case(text(*walls, camera=(0, 0, scale / 2), angle=60), 2.0)
+
+
+@family("distance from the origin along each axis, half side 1", OFFSETS, "infinite planes")
+def room_of_planes_by_place(offset):
+    """As room of planes: 2."""
+    walls = [
+        plane([offset + x for x in n], [-x for x in n], *diffuse(0.5), emission(1)) for n in SIDES
+    ]
+    here = (offset,) * 3
+    camera = (offset, offset, offset + 0.5)
+    return Case(text(*walls, camera=camera, target=here, angle=60), 2.0)
+
+
+@family("gap between the surfaces [scene unit]", (0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2), *PATHS)
+def two_floors(gap):
+    """One floor of albedo 1/2 on another under a sky of radiance 1: whichever is met, its radiance
+    is 1/2."""
+    upper, lower = (
+        uvplane((-500, y, -500), (0, 0, 1000), (1000, 0, 0), *diffuse(0.5)) for y in (0, -gap)
+    )
+    return Case(text(upper, lower, camera=(0, 1, 3), angle=10, BACKGROUND=WHITE_SKY), 0.5)
+
+
+@family("half side [scene unit]", RADII, *PATHS)
+def sealed_box(scale):
+    """A closed box under a sky of radiance 1 is dark inside: 0, in units of the sky."""
+    low, high = (-scale,) * 3, (scale,) * 3
+    walls = box(*diffuse(0.8), low=low, high=high)
+    scene = text(*walls, camera=(0, 0, scale / 2), angle=60, BACKGROUND=WHITE_SKY)
+    return Case(scene, 0.0, scale=1.0)
+
+
+@family("distance from the origin along each axis, half side 1", OFFSETS, *PATHS)
+def sealed_box_by_place(offset):
+    """As sealed box: 0."""
+    walls = box(*diffuse(0.8), low=(offset - 1,) * 3, high=(offset + 1,) * 3)
+    here = (offset,) * 3
+    camera = (offset, offset, offset + 0.5)
+    scene = text(*walls, camera=camera, target=here, angle=60, BACKGROUND=WHITE_SKY)
+    return Case(scene, 0.0, scale=1.0)
