@@ -1,5 +1,6 @@
 """The command line: `relume check | render | merge | compare | stability | convert | doctor`."""
 
+import functools
 import json
 import sys
 import warnings
@@ -59,6 +60,48 @@ def scene_options(command):
     ):
         command = option(command)
     return command
+
+
+def cluster_options(command):
+    """Options of a command that renders on several processes; it gets `cluster`."""
+
+    @functools.wraps(command)
+    def with_cluster(workers, address, tls_ca, tls_cert, tls_key, **options):
+        from relume.cluster import MPI, Cluster
+
+        tls = (tls_ca, tls_cert, tls_key)
+        if workers is not None and address is not None:
+            raise click.UsageError("give either --workers or --cluster")
+        if any(tls) and not (all(tls) and (workers or address)):
+            raise click.UsageError("--tls-ca, --tls-cert and --tls-key go together, with a cluster")
+        if address == MPI:
+            with readable_errors():
+                from relume.cluster.opening import join_mpi
+
+                join_mpi()
+        cluster = Cluster(workers, address, tls if all(tls) else None)
+        return command(cluster=cluster if workers or address else None, **options)
+
+    file = click.Path(exists=True, dir_okay=False)
+    for option in (
+        click.option("--tls-key", type=file, metavar="FILE", help="Its private key (PEM)."),
+        click.option("--tls-cert", type=file, metavar="FILE", help="Our certificate (PEM)."),
+        click.option("--tls-ca", type=file, metavar="FILE", help="Encrypt; trust this authority."),
+        click.option(
+            "--cluster",
+            "address",
+            metavar="ADDRESS",
+            help="Render on the workers of a dask scheduler, such as tcp://host:8786, or mpi.",
+        ),
+        click.option(
+            "--workers",
+            type=click.IntRange(1, 1024),
+            metavar="N",
+            help="Render in N processes of this machine.",
+        ),
+    ):
+        with_cluster = option(with_cluster)
+    return with_cluster
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -133,6 +176,7 @@ def not_nan(_ctx, _param, value):
     type=Passes(),
     help="Render passes START to STOP - 1 alone, into -o PART.exr for relume merge.",
 )
+@cluster_options
 @scene_options
 def render(scene, **options):
     """Render a scene file; Ctrl-C keeps the picture so far."""

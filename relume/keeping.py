@@ -47,7 +47,7 @@ class Keeper:
         if not resume:
             self._protect()
         elif not self.path.exists():
-            self._note(f"no passes in {self.path}: beginning with the first")
+            self.note(f"no passes in {self.path}: beginning with the first")
         else:
             header = passes_file.read_header(self.path)
             found = list(identity.differences(header.render, self.header.render))
@@ -72,7 +72,7 @@ class Keeper:
             self.save(accumulator, seconds)
         except OutputError as error:
             if not self._failed:
-                self._note(f"{error}; the render goes on, but could not be resumed")
+                self.note(f"{error}; the render goes on, but could not be resumed")
             self._failed = True
         took = time.perf_counter() - start
         self._next = seconds + max(INTERVAL, took / SHARE)
@@ -103,7 +103,7 @@ class Keeper:
         except passes_file.NoPasses:
             return
         if any(identity.differences(there.render, self.header.render)):
-            self._note(f"{self.path} is of another render and will be replaced")
+            self.note(f"{self.path} is of another render and will be replaced")
             return
         raise CannotRender(
             f"{self.path} holds {there.done.spp} samples a pixel of this render: go on with "
@@ -117,5 +117,6 @@ class Keeper:
             return None
         return status.st_ino, status.st_mtime_ns
 
-    def _note(self, text):
+    def note(self, text):
+        """Tell the user a sentence."""
         self.console.print(text, style="yellow", markup=False, highlight=False)

@@ -2,7 +2,7 @@
 
 import signal
 import sys
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from rich.progress import (
@@ -15,12 +15,13 @@ from rich.progress import (
 )
 
 import translator
+from relume import cluster as clusters
 from relume import identity, output
 from relume.application import prepared, read, resized, usable_variant
 from relume.keeping import Keeper
 from relume.passes import Plan
 from relume.passes_file import Header
-from relume.session import add_up
+from relume.session import CannotRender, add_up
 
 DUMP_INTERVAL = 60.0
 """With a time limit the picture so far is written each minute, as the manual says [s]."""
@@ -45,6 +46,7 @@ def render_file(
     resume=False,
     keep=False,
     passes=None,
+    cluster=None,
     console,
 ):
     """Render a scene file and write its picture.
@@ -64,6 +66,7 @@ def render_file(
         resume: go on with the passes that an earlier render left beside the picture.
         keep: leave the passes there even if the render is finished.
         passes: (start, stop) to render these passes alone, and write them, not a picture.
+        cluster: `relume.cluster.Cluster` that renders, or None for this process.
         console: `rich.console.Console` for progress and notes.
 
     Returns:
@@ -99,9 +102,16 @@ def render_file(
     with interruptible() as stop:
         if len(to_do):
             dumps = Dumps(document, destination, time_limit)
-            with prepared(translation, seed, integrator, name) as session:
-                steps = add_up(session.render(to_do), accumulator, len(to_do), asked)
+            if cluster is None:
+                rendering = prepared(translation, seed, integrator, name)
+            else:
+                job = translation, header.render, integrator
+                rendering = clusters.opened(cluster, *job, keeper.note)
+            with rendering as renderer, closing(renderer.render(to_do)) as found:
+                steps = add_up(found, accumulator, len(to_do), asked)
                 seconds, why = run(steps, accumulator, (keeper, dumps), time_limit, stop, console)
+        if not accumulator.done:
+            raise CannotRender(f"{why} before the first pass was done")
         if why or keep:
             keeper.save(accumulator, seconds)
         spectral = "spectral" in planned.variant
@@ -278,7 +288,7 @@ def run(steps, accumulator, keepers, time_limit, stop, console):
     before, last, pass_time = accumulator.spp, 0.0, 0.0
     with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
         task = bar.add_task("render", total=None, completed=len(accumulator.done), rate="")
-        known = None
+        known = len(accumulator.done)
         for progress in steps:
             rate = (progress.spp - before) * pixels / progress.seconds / 1e6
             rate = f"{rate:.2f} M samples/s"

@@ -1,0 +1,51 @@
+"""Renders over several processes and machines, by dask.distributed.
+
+This process hands out passes and adds up what comes back (`farm`); workers load the scene once and
+render (`worker`). Scene, meshes and pictures travel by content (`parcel`), so that workers need
+neither the files nor a shared disk, only relume itself. Since sums are exact, the picture is that
+of a single process, bit for bit, whoever rendered which pass and whatever went wrong on the way.
+"""
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+MPI = "mpi"
+"""Address that stands for the processes that mpirun started."""
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Who renders.
+
+    Attributes:
+        workers: processes to start on this machine, or None.
+        address: of a running scheduler, such as `tcp://host:8786`, or `MPI`.
+        tls: files of the certificate authority, the certificate and its key; or None.
+    """
+
+    workers: int | None = None
+    address: str | None = None
+    tls: tuple | None = None
+
+
+@contextmanager
+def opened(cluster, translation, render, override, note):
+    """Context with a `farm.Farm` for a translated scene.
+
+    Args:
+        cluster: `Cluster`.
+        translation: the translated scene.
+        render: `identity.of_render`.
+        override: plugin id in place of the scene's integrator, or None.
+        note: called with sentences for the user.
+
+    Raises:
+        CannotRender: `distributed` is not installed, or no scheduler answers.
+    """
+    from relume.cluster import opening, parcel, worker
+    from relume.cluster.farm import Farm
+
+    with opening.client(cluster, translation.document.thread) as client:
+        scene, contents = parcel.pack(translation.scene)
+        job = worker.Job.of(translation, scene, render, override)
+        yield Farm(client, job, contents, note)

@@ -1,0 +1,95 @@
+"""Workers of this machine, or a scheduler that runs already; `distributed` is imported here."""
+
+import logging
+import os
+from contextlib import contextmanager
+
+from relume.cluster import MPI
+from relume.session import CannotRender
+
+try:
+    import dask
+    from distributed import Client, LocalCluster, Security
+except ImportError as error:
+    raise CannotRender(
+        f"--workers and --cluster need dask.distributed: pip install 'relume[cluster]' ({error})"
+    ) from None
+
+LOOPBACK = "127.0.0.1"
+"""Whoever reaches a scheduler runs code: this address is reached from this machine alone."""
+
+CONNECT = 30
+"""Time to wait for a scheduler [s]."""
+
+
+@contextmanager
+def client(cluster, threads=None):
+    """Context with a `distributed.Client`.
+
+    Args:
+        cluster: `Cluster`.
+        threads: that the workers of this machine share; None for one for each core.
+
+    Raises:
+        CannotRender: no scheduler answers, or a file of the certificates is wrong.
+    """
+    try:
+        if cluster.workers is None:
+            with _connected(cluster) as connected:
+                yield connected
+        else:
+            with _local(cluster, threads) as local, Client(local) as connected:
+                yield connected
+    except (OSError, ValueError) as error:
+        where = cluster.address or f"{cluster.workers} workers"
+        raise CannotRender(f"no cluster at {where}: {error}") from error
+
+
+def _connected(cluster):
+    if cluster.address == MPI:
+        return Client(timeout=CONNECT)  # dask_mpi has told dask where the scheduler is
+    return Client(cluster.address, security=_security(cluster.tls), timeout=CONNECT)
+
+
+def _local(cluster, threads):
+    cores = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
+    cores = cores or os.cpu_count()
+    return LocalCluster(
+        n_workers=cluster.workers,
+        threads_per_worker=max(1, cores // cluster.workers),
+        host=LOOPBACK,
+        protocol="tls" if cluster.tls else "tcp",
+        security=_security(cluster.tls, ("client", "scheduler", "worker")),
+        dashboard_address=f"{LOOPBACK}:0",
+        memory_limit=0,
+        preload="relume.cluster.preload",
+        silence_logs=logging.CRITICAL,
+    )
+
+
+def _security(tls, roles=("client",)):
+    """What `distributed` takes for the files of `Cluster.tls`."""
+    if tls is None:
+        return None
+    authority, certificate, key = tls
+    files = {f"tls_{role}_cert": certificate for role in roles}
+    files |= {f"tls_{role}_key": key for role in roles}
+    return Security(tls_ca_file=authority, require_encryption=True, **files)
+
+
+def join_mpi(threads=None):
+    """Make the process what its rank under mpirun is; only rank 1 returns, and hands out passes.
+
+    Raises:
+        CannotRender: dask-mpi is not installed, or there are fewer than three processes.
+    """
+    try:
+        import dask_mpi
+        from mpi4py import MPI as mpi
+    except (ImportError, RuntimeError) as error:
+        raise CannotRender(f"--cluster mpi needs dask-mpi and mpi4py: {error}") from None
+    if mpi.COMM_WORLD.Get_size() < 3:
+        raise CannotRender("--cluster mpi needs mpirun -n 3 or more: scheduler, client, workers")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    dask.config.set({"distributed.logging.distributed": "error"})
+    dask_mpi.initialize(nthreads=threads or cores, dashboard=False)

@@ -1,0 +1,135 @@
+"""What runs on a worker: a scene is loaded once and stays, with its kernels, for all its passes."""
+
+import tempfile
+import time
+import zlib
+from collections import OrderedDict
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import mitsuba as mi
+import numpy as np
+
+from relume import identity
+from relume.application import loaded, other_integrator
+from relume.cluster.parcel import unpack
+from relume.passes import Pass
+from relume.session import CannotRender, Session, use_threads
+from translator import Translation
+
+SCENES = 4
+"""Scenes that a worker keeps loaded; the least recently used one goes first."""
+
+_thread = ThreadPoolExecutor(1, thread_name_prefix="relume")
+"""Mitsuba's variant belongs to a thread: everything renders on this one."""
+
+_sessions = OrderedDict()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a worker must know of a render.
+
+    Attributes:
+        key: hash of all that follows.
+        scene: packed scene, see `parcel`.
+        plan: the scene's `translator.plan.Plan`.
+        render: `identity.of_render`.
+        override: plugin id in place of the scene's integrator, or None.
+    """
+
+    key: str
+    scene: dict
+    plan: object
+    render: dict
+    override: str | None
+
+    @staticmethod
+    def of(translation, scene, render, override):
+        """The job of a translated scene that was packed as `scene`."""
+        key = identity.content_hash([render, translation.plan.spp])
+        return Job(key, scene, translation.plan, render, override)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A pass with what is needed to trust it.
+
+    Attributes:
+        found: `relume.passes.Pass`.
+        seconds: that it took.
+        checksum: of its sums, made where they were.
+    """
+
+    found: Pass
+    seconds: float
+    checksum: int
+
+
+class NotLoaded(RuntimeError):
+    """A worker was asked for a pass of a scene that it does not have, or no longer."""
+
+
+def load(job, contents, threads):
+    """Load a scene, unless it is there.
+
+    Args:
+        job: `Job`.
+        contents: arrays and bytes of the scene by hash.
+        threads: for Dr.Jit.
+
+    Raises:
+        CannotRender: versions differ, or what came is not the scene that was sent.
+    """
+    _thread.submit(_load, job, contents, threads).result()
+
+
+def render(key, index, spp):
+    """Render a pass of the job `key`; returns `Found`.
+
+    Raises:
+        NotLoaded: the scene is not here.
+    """
+    return _thread.submit(_render, key, index, spp).result()
+
+
+def checksum(found):
+    """A checksum of the sums of a `Pass`."""
+    total = zlib.crc32(np.ascontiguousarray(found.sum).data.cast("B"))
+    if found.squares is None:
+        return total
+    return zlib.crc32(np.ascontiguousarray(found.squares).data.cast("B"), total)
+
+
+def _load(job, contents, threads):
+    use_threads(threads)
+    if job.key in _sessions:
+        return
+    here = identity.versions()
+    differ = [f"{name} is {here[name]}, expected {job.render[name]}" for name in here
+              if here[name] != job.render[name]]  # fmt: skip
+    if differ:
+        raise CannotRender("; ".join(differ))
+    mi.set_variant(job.render["variant"])
+    with tempfile.TemporaryDirectory(prefix="relume-") as folder:
+        scene = unpack(job.scene, contents, folder)
+        if identity.content_hash(scene) != job.render["scene"]:
+            raise CannotRender("the scene arrived damaged")
+        translation = Translation(None, scene, job.plan)
+        integrator = job.override and other_integrator(job.override, translation)
+        made = Session(loaded(translation), job.plan.spp, job.render["seed"], integrator)
+    while len(_sessions) >= SCENES:
+        _sessions.popitem(last=False)
+    _sessions[job.key] = job.render["variant"], made
+
+
+def _render(key, index, spp):
+    if key not in _sessions:
+        raise NotLoaded(key)
+    _sessions.move_to_end(key)
+    variant, session = _sessions[key]
+    if mi.variant() != variant:
+        mi.set_variant(variant)
+    start = time.perf_counter()
+    found = session.render_pass(index, spp)
+    return Found(found, time.perf_counter() - start, checksum(found))

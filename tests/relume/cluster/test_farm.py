@@ -1,0 +1,324 @@
+"""Renders on workers that die, hang, fail and lie: always the picture of a single process."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+import relume
+import translator
+from relume import identity
+from relume.accumulator import Accumulator
+from relume.application import prepared
+from relume.cluster import parcel
+from relume.passes import Pass, Plan
+from relume.session import CannotRender
+
+distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
+
+from relume.cluster import farm as farms  # noqa: E402
+from relume.cluster import worker as remote  # noqa: E402
+
+PLAN = Plan(spp=44, per_pass=4)
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Two workers of one thread on this machine."""
+    options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "memory_limit": 0}
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, silence_logs=50, **options
+    ) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def client(cluster):
+    with distributed.Client(cluster) as made:
+        yield made
+
+
+@pytest.fixture
+def workers(client):
+    """Addresses of the workers; what a test changed in them is undone after it."""
+    client.wait_for_workers(2)
+    yield list(client.nthreads())
+    client.run(restore)
+
+
+class Rendering:
+    """A scene rendered by a farm, pass by pass.
+
+    Args:
+        client: the client.
+        path: the scene file.
+    """
+
+    def __init__(self, client, path, spp=PLAN.spp):
+        translation = translator.translate(relume.read(path))
+        plan = translation.plan
+        render = identity.of_render(translation, plan.variant, 0, None, PLAN.per_pass)
+        scene, contents = parcel.pack(translation.scene)
+        job = remote.Job.of(translation, scene, render, None)
+        self.notes = []
+        self.farm = farms.Farm(client, job, contents, self.notes.append)
+        self.accumulator = Accumulator(plan.width, plan.height)
+        self.to_do = Plan(spp, PLAN.per_pass).passes()
+        with prepared(translation) as session:
+            for found in session.render(self.to_do):
+                self.accumulator.add(found)
+        self.expected = self.accumulator.image()
+        self.accumulator = Accumulator(plan.width, plan.height)
+
+    def steps(self):
+        """Yields the number of passes after each."""
+        for found in self.farm.render(self.to_do):
+            if found is not None:
+                self.accumulator.add(found)
+                yield len(self.accumulator.done)
+
+    def check(self):
+        """Render what is left; each pass came once, and the picture is the expected one."""
+        for _ in self.steps():
+            pass
+        self.same()
+
+    def same(self):
+        assert self.accumulator.done == self.to_do
+        assert np.array_equal(self.accumulator.image(), self.expected)
+
+
+# ---- run on workers
+
+
+def replace_rendering(kind, times=10**9):
+    """Make a worker return something else than a pass, so many times."""
+    import time
+
+    from relume.cluster import worker as remote
+
+    remote.original = getattr(remote, "original", remote._render)
+
+    def render(key, index, spp):
+        nonlocal times
+        times -= 1
+        if times < 0:
+            return remote.original(key, index, spp)
+        if kind == "error":
+            raise FloatingPointError("out of order")
+        if kind == "hang":
+            time.sleep(6)
+            return None
+        if kind == "late":
+            time.sleep(3)
+        result = remote.original(key, index, spp)
+        found = result.found
+        if kind == "nothing":
+            return None
+        if kind == "other pass":
+            found = remote.Pass(index + 1, spp, found.sum, found.squares)
+        if kind == "wrong size":
+            found = remote.Pass(index, spp, found.sum[:, 1:], found.squares[:, 1:])
+        if kind == "doubles":
+            found = remote.Pass(index, spp, found.sum * 1.0, found.squares.astype(float))
+        if kind == "no finite":
+            found.sum[1, 5] = float("nan")
+        if kind == "impossible":
+            found = remote.Pass(index, spp, found.sum * 3, found.squares)
+        if kind == "damaged":
+            return remote.Found(found, result.seconds, result.checksum ^ 1)
+        return remote.Found(found, result.seconds, remote.checksum(found))
+
+    remote._render = render
+
+
+def restore():
+    from relume.cluster import worker as remote
+
+    remote._render = getattr(remote, "original", remote._render)
+
+
+def loads():
+    from relume.cluster import worker as remote
+
+    return list(remote._sessions)
+
+
+# ---- all is well
+
+
+def test_the_picture_is_that_of_one_process(client, workers, room):
+    """Also the second time, when each worker has the scene loaded already."""
+    rendering = Rendering(client, room(spp=44))
+    rendering.check()
+    assert rendering.notes == []
+    job = rendering.farm.job
+    client.run(replace_loading)
+    again = Rendering(client, room(spp=44))
+    again.check()
+    assert again.farm.job.key == job.key and again.notes == []
+    assert all(loaded.count(job.key) == 1 for loaded in client.run(loads).values())
+
+
+def replace_loading():
+    from relume.cluster import worker as remote
+
+    def loaded(_):
+        raise AssertionError("loaded twice")
+
+    remote.loaded = loaded
+
+
+def test_workers_need_no_files(client, workers, tmp_path):
+    """The mesh and the picture on it are gone before a worker begins."""
+    from PIL import Image
+
+    client.run(restore_loading)
+    (tmp_path / "part.obj").write_text("v -2 0 0\nv 2 0 0\nv 0 3 0\nf 1 2 3\n")
+    pixels = np.random.default_rng(0).integers(0, 256, (8, 8, 3), np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "dots.png")
+    path = tmp_path / "scene.txt"
+    path.write_text(
+        "IMAGE\n24 16\nSAMPLING\n44\nCAMERA_POS\n0 1 9\nTARGET_POS\n0 1 0\nBACKGROUND\n1 1 1\n\n"
+        "OBJECT\nobjfile part.obj\ncolor 0.5 0.6 0.7\nreflection diffuse\n\n"
+        "OBJECT\nuvplane -3 0 -3\nU 6 0 0\nV 0 4 0\ntexture dots.png\nreflection diffuse\n"
+    )
+    rendering = Rendering(client, path)
+    for name in ("part.obj", "dots.png", "scene.txt"):
+        (tmp_path / name).unlink()
+    rendering.check()
+    assert len(rendering.farm.contents) == 2 and rendering.notes == []
+
+
+def restore_loading():
+    from relume import application
+    from relume.cluster import worker as remote
+
+    remote.loaded = application.loaded
+
+
+# ---- all is not well
+
+
+@pytest.mark.parametrize(
+    "kind, told",
+    [
+        ("error", "FloatingPointError: out of order"),
+        ("nothing", "it returned no pass"),
+        ("other pass", "it returned another pass"),
+        ("wrong size", "it returned sums of another size"),
+        ("doubles", "it returned sums of another size"),
+        ("impossible", "it returned sums that no samples have"),
+        ("damaged", "the sums were damaged on the way"),
+        ("no finite", None),
+    ],
+)
+def test_what_is_no_pass_is_rendered_elsewhere(client, workers, room, kind, told):
+    """One worker fails at its first two passes and is forgiven; nothing that it said counts."""
+    client.run(replace_rendering, kind, 2, workers=workers[:1])
+    rendering = Rendering(client, room(spp=44))
+    rendering.check()
+    if told:
+        assert {note.partition(": ")[2] for note in rendering.notes} == {told}
+        assert all(note.startswith(f"worker {workers[0]} failed") for note in rendering.notes)
+    else:
+        assert rendering.notes == []
+
+
+def test_a_worker_that_always_fails_is_not_used(client, workers, room):
+    client.run(replace_rendering, "error", workers=workers[:1])
+    rendering = Rendering(client, room(spp=44))
+    rendering.check()
+    assert rendering.farm.banned == {workers[0]: "FloatingPointError: out of order"}
+
+
+def test_a_pass_that_fails_everywhere_ends_the_render(client, workers, room):
+    client.run(replace_rendering, "error")
+    with pytest.raises(CannotRender, match="out of order"):
+        Rendering(client, room(spp=44)).check()
+
+
+def test_a_scene_that_makes_nan_everywhere_is_rendered(client, workers, room):
+    """Where two workers find the same NaN, it is the picture's."""
+    client.run(replace_rendering, "no finite")
+    rendering = Rendering(client, room(spp=12), spp=12)
+    for _ in rendering.steps():
+        pass
+    image = rendering.accumulator.image()
+    assert np.isnan(image[0, 5, 1]) and np.isnan(image).sum() == 1
+    assert rendering.accumulator.done == rendering.to_do
+
+
+def test_a_worker_of_another_version_is_not_used(client, workers, room, monkeypatch):
+    def other_version():
+        from relume import identity
+
+        versions = identity.versions()
+        identity.versions = lambda: versions | {"mitsuba": "2.0"}
+
+    def own_version():
+        import importlib
+
+        from relume import identity
+
+        importlib.reload(identity)
+
+    path = room("LENS\n0.3 14", spp=44)
+    client.run(other_version, workers=workers[:1])
+    try:
+        rendering = Rendering(client, path)
+        rendering.check()
+    finally:
+        client.run(own_version)
+    assert "mitsuba is 2.0, expected 3." in rendering.farm.banned[workers[0]]
+
+
+@pytest.mark.parametrize("kind", ["hang", "late"])
+def test_a_worker_that_hangs_is_left_alone(client, workers, room, monkeypatch, kind):
+    """Also one that wakes up later: what it then returns does not count a second time."""
+    rendering = Rendering(client, room(spp=44))
+    monkeypatch.setattr(farms, "PATIENCE", (2.0, 5.0))
+    steps = rendering.steps()
+    next(steps), next(steps)
+    client.run(replace_rendering, kind, workers=workers[:1])
+    for _ in steps:
+        if kind == "late" and workers[0] in rendering.farm.banned:
+            time.sleep(0.3)
+    rendering.same()
+    assert "no answer for" in rendering.farm.banned.get(workers[0], "no answer for")
+
+
+def test_a_worker_that_dies_and_one_that_comes(cluster, client, workers, room):
+    """SIGKILL in the middle; the two passes that it had are rendered by the others."""
+    rendering = Rendering(client, room(spp=240), spp=240)
+    steps = rendering.steps()
+    for _ in range(6):
+        next(steps)
+    pids = client.run(os.getpid)
+    os.kill(pids[workers[0]], signal.SIGKILL)
+    next(steps)
+    cluster.scale(3)
+    seen = {}
+    for _ in steps:
+        seen |= rendering.farm.workers
+    rendering.same()
+    assert workers[0] not in rendering.farm.workers and len(seen) >= 2
+
+
+# ---- sums
+
+
+def test_possible_sums():
+    """Samples of any kind are possible, also with rounding; sums without their squares are not."""
+    random = np.random.default_rng(0)
+    for scale in (1e-20, 1.0, 1e15):
+        for spp in (1, 7, 1000):
+            samples = (random.exponential(scale, (spp, 3, 4)) * [1, -1, 0, 1]).astype(np.float32)
+            sums, squares = samples.sum(axis=0), (samples**2).sum(axis=0)
+            assert farms.possible(Pass(0, spp, sums, squares))
+            constant = np.full((3, 4), spp * np.float32(scale), np.float32)
+            assert farms.possible(Pass(0, spp, constant, constant * np.float32(scale)))
+    assert not farms.possible(Pass(0, 7, 3 * sums, squares))
+    assert farms.possible(Pass(0, 7, sums))
