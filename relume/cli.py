@@ -176,6 +176,12 @@ def not_nan(_ctx, _param, value):
     type=Passes(),
     help="Render passes START to STOP - 1 alone, into -o PART.exr for relume merge.",
 )
+@click.option(
+    "--per-pass",
+    type=click.IntRange(min=1),
+    metavar="SPP",
+    help="Samples of a pixel in a pass: more for many workers, see docs/scaling.md.",
+)
 @cluster_options
 @scene_options
 def render(scene, **options):

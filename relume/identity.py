@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-PER_PASS = "samples of a pixel in a pass"
+PER_PASS = "number of samples of a pixel in a pass"
 DIGEST = 16  # bytes: among 2^40 scenes, two collide with probability 2^-49
 FILE_KEY = "filename"
 """Key of a scene dictionary whose value is the path of a file."""

@@ -40,9 +40,16 @@ class Plan:
     per_pass: int
 
     @staticmethod
-    def of(width, height, spp):
-        """The plan of a picture of `width` times `height` pixels."""
-        return Plan(int(spp), max(1, SAMPLES_PER_PASS // (width * height)))
+    def of(width, height, spp, per_pass=None):
+        """The plan of a picture.
+
+        Args:
+            width: of the picture [pixel].
+            height: of the picture [pixel].
+            spp: samples of a pixel.
+            per_pass: those of a pass; None for as many as make `SAMPLES_PER_PASS`.
+        """
+        return Plan(int(spp), per_pass or max(1, SAMPLES_PER_PASS // (width * height)))
 
     def passes(self):
         """The `PassSet` of the whole render."""

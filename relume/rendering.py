@@ -46,6 +46,7 @@ def render_file(
     resume=False,
     keep=False,
     passes=None,
+    per_pass=None,
     cluster=None,
     console,
 ):
@@ -66,6 +67,8 @@ def render_file(
         resume: go on with the passes that an earlier render left beside the picture.
         keep: leave the passes there even if the render is finished.
         passes: (start, stop) to render these passes alone, and write them, not a picture.
+        per_pass: samples of a pixel in a pass; None for the usual number. Others give another
+            picture, as good.
         cluster: `relume.cluster.Cluster` that renders, or None for this process.
         console: `rich.console.Console` for progress and notes.
 
@@ -86,7 +89,7 @@ def render_file(
     destination = Destination(document, out)
     destination.check(passes)
     planned = translation.plan
-    plan = Plan.of(planned.width, planned.height, planned.spp)
+    plan = Plan.of(planned.width, planned.height, planned.spp, per_pass)
     name = usable_variant(planned, variant)
     header = Header(
         render=identity.of_render(translation, name, seed, integrator, plan.per_pass),

@@ -69,3 +69,4 @@ def test_a_finished_plan_is_extended_with_new_passes():
 def test_passes_are_as_large_as_memory_allows():
     assert Plan.of(64, 64, 1000) == Plan(1000, 256)
     assert Plan.of(4000, 3000, 10**8) == Plan(10**8, 1)
+    assert Plan.of(4000, 3000, 100, per_pass=7) == Plan(100, 7)

@@ -32,7 +32,7 @@ def test_workers_of_this_machine(room, tmp_path, monkeypatch):
     psutil = pytest.importorskip("psutil", reason="dask.distributed is not installed")
     pytest.importorskip("distributed", reason="dask.distributed is not installed")
     monkeypatch.chdir(tmp_path)
-    words = room(), "--spp", 1600
+    words = room(), "--spp", 800
     process = subprocess.Popen(
         command(*words, "--workers", 2, "-o", "a.exr"),
         stderr=subprocess.PIPE,
@@ -51,7 +51,7 @@ def test_workers_of_this_machine(room, tmp_path, monkeypatch):
     assert process.returncode == 0, err
     assert "interrupted after" in err and "Traceback" not in err and "failed" not in err
     assert len(sockets) >= 3 and {c.laddr.ip for c in sockets} == {"127.0.0.1"}
-    assert 0 < len(passes_file.read_header("a.passes.exr").done) < 100
+    assert 0 < len(passes_file.read_header("a.passes.exr").done) < 50
     for more in (["--resume", "-o", "a.exr"], ["-o", "whole.exr"]):
         subprocess.run(command(*words, *more), check=True, capture_output=True)
     pictures = [passes_file_free(name) for name in ("a.exr", "whole.exr")]
