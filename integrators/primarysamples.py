@@ -1,0 +1,187 @@
+"""Primary sample space: paths as functions of a row of numbers in [0, 1).
+
+A path tracer draws numbers and finds radiance; a path is the row of numbers drawn, and its measure
+is uniform. Kelemen et al., "A Simple and Robust Mutation Strategy for the Metropolis Light Transport
+Algorithm", 2002. The first two numbers are the position on the film, then come those of the lens
+and of the wavelength where there are any, then those that the integrator draws.
+
+Random numbers are a hash of a key (64 bits) and the dimension: whoever knows the key can compute
+any of them again, in any order, and nothing need be stored.
+"""
+
+import functools
+import math
+
+import drjit as dr
+import mitsuba as mi
+
+BELOW_ONE = 1 - 2.0**-24
+"""The largest number that a sampler may return in single precision."""
+
+
+def half_mixed(x):
+    x = x ^ (x >> 16)
+    x = x * 0x7FEB352D
+    return x ^ (x >> 15)
+
+
+def mixed(x):
+    """A permutation of the 32-bit integers: every bit of the result depends on every bit of `x`."""
+    x = half_mixed(x) * 0x846CA68B
+    return x ^ (x >> 16)
+
+
+def key(index, seed):
+    """Keys of independent rows of random numbers.
+
+    Args:
+        index: `mi.UInt32`, which row.
+        seed: `mi.UInt32`.
+
+    Returns:
+        Two words, `mi.UInt32`.
+    """
+    first = mixed(index ^ mixed(seed))
+    return first, mixed(first ^ 0x51ED270B)
+
+
+def uniform(key, dimension):
+    """The random number in [0, 1) of a key and a dimension (`mi.UInt32`)."""
+    x = half_mixed(key[0] + dimension * 0x9E3779B9) ^ key[1]
+    x = x * 0x846CA68B
+    return mi.Float((x ^ (x >> 16)) >> 8) * 2.0**-24
+
+
+def kelemen(r, s1, s2):
+    """Offset of size between `s1` and `s2`, its logarithm uniform (Kelemen et al., section 4)."""
+    size = s2 * dr.exp(-math.log(s2 / s1) * dr.abs(2 * r - 1))
+    return dr.select(r < 0.5, -size, size)
+
+
+def lux(r, s1, s2):
+    """Offset of density proportional to 1 / (|offset| + c)², as in LuxRender (language 13.6)."""
+    size = s1 / (s1 / s2 + dr.abs(2 * r - 1)) - s1 / (s1 / s2 + 1)
+    return dr.select(r < 0.5, -size, size)
+
+
+def gaussian(r, s1, s2):
+    """Offset of the normal distribution with standard deviation `s2`; `s1` is not used."""
+    return s2 * math.sqrt(2) * dr.erfinv(dr.clip(2 * r - 1, -BELOW_ONE, BELOW_ONE))
+
+
+MUTATIONS = {
+    "kelemen": (kelemen, 1 / 1024, 1 / 64),
+    "lux": (lux, 1 / 512, 1 / 16),
+    "gaussian": (gaussian, 1 / 1024, 1 / 64),
+}
+"""By name: the offset of a random number, symmetric about 0, and the default sizes `s1`, `s2`."""
+
+
+def moved(u, offset):
+    """A number moved by an offset on the circle of circumference 1."""
+    u = u + offset
+    return dr.minimum(u - dr.floor(u), BELOW_ONE)
+
+
+@functools.cache
+def sampler_class(_variant):
+    """The class of samplers that hand out the numbers of a function, under the variant in use."""
+
+    class PrimarySampler(mi.Sampler):
+        # The function is no part of the state that a loop carries, only the dimension is.
+        def __init__(self, number, dimension):
+            mi.Sampler.__init__(self, mi.Properties())
+            self._number = number
+            self.dimension = mi.UInt32(dimension)
+
+        def next_1d(self, active=True):
+            dimension = mi.UInt32(self.dimension)
+            self.dimension += 1
+            return self._number(dimension)
+
+        def next_2d(self, active=True):
+            x = self.next_1d()
+            return mi.Point2f(x, self.next_1d())
+
+    return PrimarySampler
+
+
+def luminance(f):
+    """The scalar contribution of a colour: its luminance, of absolute values, as spectra may give
+    colours that RGB cannot hold. No channel is above `PEAK` times it."""
+    return dr.dot(dr.abs(f), mi.Color3f(0.2126, 0.7152, 0.0722))
+
+
+PEAK = 1 / 0.0722
+
+
+class Paths:
+    """The paths that an integrator finds through a sensor.
+
+    Args:
+        scene: `mi.Scene`.
+        sensor: `mi.Sensor`.
+        integrator: `mi.SamplingIntegrator`.
+    """
+
+    def __init__(self, scene, sensor, integrator):
+        self.scene = scene
+        self.sensor = sensor
+        self.integrator = integrator
+        self.width, self.height = (int(x) for x in sensor.film().crop_size())
+        self.pixels = self.width * self.height
+        self.tent = sensor.film().rfilter().class_name() == "TentFilter"
+        # Opaque: films of all sizes share a kernel.
+        self.size = mi.Vector2f(self.width, self.height)
+        self.columns, self.count = mi.UInt32(self.width), mi.UInt32(self.pixels)
+        dr.make_opaque(self.size, self.columns, self.count)
+
+    def stratum(self, i, n, jitter, u):
+        """Film position of sample `i` of `n` that are spread evenly over the pixels.
+
+        Args:
+            i, n: `mi.UInt32`.
+            jitter: number in [0, 1) that chooses among the pixels of a stratum.
+            u: `mi.Point2f` in [0, 1)², the position in the pixel.
+
+        Returns:
+            `mi.Point2f` in [0, 1)².
+        """
+        place = (mi.Float64(i) + mi.Float64(jitter)) * mi.Float64(self.count) / mi.Float64(n)
+        pixel = dr.minimum(mi.UInt32(place), self.count - 1)
+        y = pixel // self.columns
+        x = pixel - y * self.columns
+        return dr.minimum((mi.Point2f(x, y) + u) / self.size, BELOW_ONE)
+
+    def trace(self, number):
+        """Trace the path of a row of numbers.
+
+        Args:
+            number: from a dimension (`mi.UInt32`) to the number in [0, 1).
+
+        Returns:
+            Colour of the path, 0 where it is not finite (`mi.Color3f`, linear RGB); index of its
+            pixel; count of the numbers it drew.
+        """
+        on_film = mi.Point2f(number(mi.UInt32(0)), number(mi.UInt32(1))) * self.size
+        corner = mi.Point2u(on_film)
+        in_pixel = on_film - mi.Point2f(corner)
+        if self.tent:
+            in_pixel = 0.5 + 0.5 * mi.warp.square_to_tent(in_pixel)
+        sampler = sampler_class(mi.variant())(number, 2)
+        lens = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
+        wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
+        position = (mi.Point2f(corner) + in_pixel) / self.size
+        ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, lens)
+        medium = self.sensor.get_medium()
+        L, *_ = self.integrator.sample(self.scene, sampler, ray, medium)
+        f = color(mi.unpolarized_spectrum(L * weight), ray)
+        f = dr.select(dr.isfinite(luminance(f)), f, 0)
+        return f, corner.y * self.columns + corner.x, mi.UInt32(sampler.dimension)
+
+
+def color(L, ray):
+    """Linear RGB of the radiance along a ray."""
+    if mi.is_spectral:
+        return mi.spectrum_to_srgb(L, ray.wavelengths)
+    return mi.Color3f(L[0]) if mi.is_monochromatic else mi.Color3f(L)
