@@ -7,8 +7,6 @@ parameter        type      meaning
 ``max_depth``    integer   longest path: 1 shows emitters alone, 2 adds direct light;
                            -1 for no limit (default -1)
 ``rr_depth``     integer   depth from which Russian roulette ends paths (default 5)
-``coherent``     boolean   whether neighbouring rays start alike, as those of neighbouring
-                           pixels do; of use to speed alone (default true)
 ===============  ========  ===========================================================
 
 The estimator is that of the stock ``path`` (emitter sampling and BSDF sampling combined by the
@@ -45,7 +43,6 @@ def define():
             self.rr_depth = props.get("rr_depth", 5)
             if self.rr_depth <= 0:
                 raise ValueError(f"rr_depth is {self.rr_depth}, but must be above 0")
-            self.coherent = props.get("coherent", True)
 
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):
@@ -67,8 +64,9 @@ def define():
             delta_prev = mi.Bool(True)
 
             while dr.hint(active, label="Dispersive path tracer"):
+                # Embree's coherent traversal gains nothing here and loses a third under `pssmlt`.
                 si = scene.ray_intersect(
-                    ray, ray_flags=mi.RayFlags.All, coherent=(depth == 0) & self.coherent, active=active
+                    ray, ray_flags=mi.RayFlags.All, coherent=False, active=active
                 )
 
                 # ---------------------------- emission ----------------------------

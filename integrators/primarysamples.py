@@ -1,9 +1,9 @@
 """Primary sample space: paths as functions of a row of numbers in [0, 1).
 
 A path tracer draws numbers and finds radiance; a path is the row of numbers drawn, and its measure
-is uniform. Kelemen et al., "A Simple and Robust Mutation Strategy for the Metropolis Light Transport
-Algorithm", 2002. The first two numbers are the position on the film, then come those of the lens
-and of the wavelength where there are any, then those that the integrator draws.
+is uniform (Kelemen et al., "A Simple and Robust Mutation Strategy for the Metropolis Light
+Transport Algorithm", 2002). The first two numbers are the position on the film, then come those of
+the lens and of the wavelength where there are any, then those that the integrator draws.
 
 Random numbers are a hash of a key (64 bits) and the dimension: whoever knows the key can compute
 any of them again, in any order, and nothing need be stored.
@@ -140,7 +140,8 @@ class Paths:
         """Film position of sample `i` of `n` that are spread evenly over the pixels.
 
         Args:
-            i, n: `mi.UInt32`.
+            i: `mi.UInt32`.
+            n: `mi.UInt32`.
             jitter: number in [0, 1) that chooses among the pixels of a stratum.
             u: `mi.Point2f` in [0, 1)², the position in the pixel.
 

@@ -5,6 +5,7 @@ condition holds, to the lines that set the field.
 """
 
 from translator.dialects import note
+from translator.plan import metropolis
 from translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 GRAVITY = "general relativity is outside the manual"
@@ -14,11 +15,11 @@ ALWAYS = lambda _: True  # noqa: E731
 DOCUMENT_ROWS = (
     ("depth_limit", ALWAYS, "ignored", "roulette: unbiased here, so there is nothing to harden"),
     ("mlt_r1r2", ALWAYS, "ignored", "without effect in the original program, too"),
-    ("metropolis", lambda d: d.metropolis, "unsupported", "rendered by path tracing instead"),
+    ("metropolis", lambda d: d.metropolis and d.erpt, "ignored", "energy redistribution wins"),
     ("erpt", lambda d: d.erpt, "unsupported", "rendered by path tracing instead"),
-    ("mutation", lambda d: d.metropolis or d.erpt, "unsupported", "for Metropolis renders"),
-    ("mlt_sample", lambda d: d.metropolis, "unsupported", "for Metropolis renders"),
-    ("mlt_resampling", lambda d: d.metropolis, "unsupported", "for Metropolis renders"),
+    ("mutation", lambda d: d.erpt, "unsupported", "for Metropolis renders"),
+    ("supersampling", metropolis, "ignored", "Metropolis renders spread over pixels by themselves"),
+    ("luminance_cutoff", metropolis, "ignored", "without effect on Metropolis renders"),
     ("mutation", lambda d: not (d.metropolis or d.erpt), "ignored",
      "no Metropolis render is asked for"),
     ("mlt_sample", lambda d: not d.metropolis, "ignored", "no Metropolis render is asked for"),
@@ -103,6 +104,7 @@ def several_lamps(document):
 
 DOCUMENT_DIFFERENCES = (
     ("roulette", "depth", ALWAYS),
+    ("mlt", "metropolis", metropolis),
     ("ambient", "ambient", ALWAYS),
     ("luminance-cutoff", "luminance_cutoff", ALWAYS),
     ("several-lights", "next_event_estimation", several_lamps),

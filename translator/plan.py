@@ -33,12 +33,49 @@ class Plan:
         return asdict(self) | {"plugins": list(self.plugins)}
 
 
-def integrator(document, spp, dispersive, types, media, profile):
+MUTATIONS = 32
+"""Mutations of a pixel in each run where a scene asks for none or fewer (language 13.6)."""
+
+
+def metropolis(document):
+    """The Metropolis integrator that a document asks for, or None; energy redistribution wins."""
+    return "pssmlt" if document.metropolis and not document.erpt else None
+
+
+def mutations(document):
+    """Mutations of a pixel in each run of a Metropolis render: a whole number, 1 or more."""
+    return max(1, round(document.mutation)) if document.mutation > 0 else MUTATIONS
+
+
+def samples(document):
+    """Samples of a pixel: of a Metropolis render, its mutations in all runs."""
+    if metropolis(document):
+        return document.sampling * mutations(document)
+    return document.sampling * document.supersampling**2
+
+
+def samples_reason(document):
+    if metropolis(document):
+        return f"SAMPLING {document.sampling} runs of {mutations(document)} mutations a pixel"
+    return f"SAMPLING {document.sampling} x SUPERSAMPLING {document.supersampling} squared"
+
+
+def around(document, dialect, paths, reason):
+    """The Metropolis integrator around the one that traces paths, and the reason for it."""
+    result = {"type": metropolis(document), "bootstrap": document.mlt_sample}
+    if dialect == "prender":
+        result["mutation"] = "lux"
+    if "mlt_resampling" in document.source.reports:
+        result["resampling"] = document.mlt_resampling
+    return result | {"paths": paths}, f"metropolisTransport; its paths: {reason}"
+
+
+def integrator(document, dialect, dispersive, types, media, profile):
     """The integrator's dictionary and the reason for it.
 
     Args:
         document: the document.
-        spp: samples of a pixel.
+        dialect: `manual` or `prender`.
         dispersive: whether glass with dispersion is rendered by wavelength.
         types: plugin ids of the objects.
         media: all `media.Medium` that light crosses.
@@ -58,21 +95,24 @@ def integrator(document, spp, dispersive, types, media, profile):
         # The stock ones part the wavelengths at each refraction, without bias.
         kind = "volpathmis"
         reason += "; glass with dispersion parts wavelengths with more noise than without a medium"
+    if kind == "path" and metropolis(document):
+        kind, reason = "dispersivepath", "no medium; quicker than path for unordered rays"
     result = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
     if profile:
         result["profile"] = profile
     if "shadowcatcher" in types:
         reason += "; wrapped by shadowcatching for shadow"
         result = {"type": "shadowcatching", "integrator": result}
-    if document.sensor_response != 1 or document.luminance_cutoff > 0:
+    limit = 0.0 if metropolis(document) else document.luminance_cutoff * samples(document)
+    if document.sensor_response != 1 or limit > 0:
         reason += "; wrapped by sensorresponse for sensor_response or luminance_cutoff"
         result = {
             "type": "sensorresponse",
             "response": document.sensor_response,
-            "luminance_limit": document.luminance_cutoff * spp,
+            "luminance_limit": limit,
             "integrator": result,
         }
-    return result, reason
+    return around(document, dialect, result, reason) if metropolis(document) else (result, reason)
 
 
 def plan(document, scene, own_plugins, dispersive, integrator_reason):
@@ -85,7 +125,6 @@ def plan(document, scene, own_plugins, dispersive, integrator_reason):
         dispersive: whether wavelengths matter.
         integrator_reason: why this integrator.
     """
-    spp = document.sampling * document.supersampling**2
     used = sorted(plugin_types(scene) & set(own_plugins))
     camera = scene["sensor"]["type"]
     stock = "a pinhole" if camera == "perspective" else "a thin lens"
@@ -95,7 +134,7 @@ def plan(document, scene, own_plugins, dispersive, integrator_reason):
         sensor=camera,
         width=document.image[0],
         height=document.image[1],
-        spp=spp,
+        spp=samples(document),
         plugins=tuple(used),
         reasons={
             "variant": "glass with dispersion" if dispersive else "no wavelengths matter",
@@ -103,7 +142,7 @@ def plan(document, scene, own_plugins, dispersive, integrator_reason):
             "sensor": stock
             if camera != "screencamera"
             else "pixels are not square, or the lens looks off the Z axis",
-            "spp": f"SAMPLING {document.sampling} x SUPERSAMPLING {document.supersampling} squared",
+            "spp": samples_reason(document),
         },
     )
 

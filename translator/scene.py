@@ -39,6 +39,8 @@ OWN_PLUGINS = {
     "ibldome": "emitter",
     "dipole": "integrator",
     "dispersivepath": "integrator",
+    "erpt": "integrator",
+    "pssmlt": "integrator",
     "sensorresponse": "integrator",
     "shadowcatching": "integrator",
     "hgrgb": "phase function",
@@ -107,12 +109,11 @@ def translate(document, dialect="manual", asset_path=()):
     account.account(document, dialect)
     camera.account(document, dialect)
     dispersive = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
-    spp = document.sampling * document.supersampling**2
     objects = _Objects(document, dialect, assets, dispersive)
     entries = objects.entries()
     profile = media.PROFILES[dialect] if objects.diffuses else None
     integrator, reason = plan.integrator(
-        document, spp, dispersive, plan.plugin_types(entries), objects.media, profile
+        document, dialect, dispersive, plan.plugin_types(entries), objects.media, profile
     )
     scene = {"type": "scene", "integrator": integrator, "sensor": camera.sensor(document, dialect)}
     if objects.around is not None:
