@@ -31,8 +31,8 @@ hard to find are explored once found. The samples of a pixel are its mutations.
 
 The target is :math:`I = Y / m`: the luminance of a path over a blurred picture, which makes the
 error relative to the brightness even over the picture (Veach's two-stage Metropolis). The blurred
-picture and the first guess :math:`\hat b` of :math:`b = \int I` come from a pilot of uniform samples,
-always the same; they change the error, never the mean.
+picture and the first guess :math:`\hat b` of :math:`b = \int I` come from a pilot of uniform
+samples, always the same; they change the error, never the mean.
 
 **Estimate.** Uniform samples (the bootstrap and the large steps) have the weight
 :math:`w_1 = c/(c + I)`, states of chains :math:`w_2 = I/(c + I)`, :math:`c = \hat b n_u / n_c` for
@@ -41,11 +41,11 @@ picture of uniform samples needs no b. A picture of chains, B, is to be multipli
 
 **No bias from b.** There are two halves h = 1, 2 with bootstrap and chains of their own. Seeds are
 resampled from the bootstrap with probability in proportion to I. Then
-:math:`E[b_h B_h] = \int w_2 f` exactly, after any number of steps, for the mean :math:`b_h` of I over
-that very bootstrap: each bootstrap sample x adds :math:`I(x)\,g(x)/n`, where g(x) is what a chain
-from x finds, and x is uniform; by stationarity :math:`\int I g = \int w_2 f`. A better estimate
-:math:`b'_h`, the mean over bootstrap and large steps, is not independent of :math:`B_h`; but it is of
-:math:`B_{3-h}`, and :math:`E[b'_h - b_h] = 0`, so
+:math:`E[b_h B_h] = \int w_2 f` exactly, after any number of steps, for the mean :math:`b_h` of I
+over that very bootstrap: each bootstrap sample x adds :math:`I(x)\,g(x)/n`, where g(x) is what a
+chain from x finds, and x is uniform; by stationarity :math:`\int I g = \int w_2 f`. A better
+estimate :math:`b'_h`, the mean over bootstrap and large steps, is not independent of :math:`B_h`;
+but it is of :math:`B_{3-h}`, and :math:`E[b'_h - b_h] = 0`, so
 
 .. math:: \tfrac12 \sum_h b_h B_h + (b'_h - b_h)\, B_{3-h}
 
@@ -68,7 +68,7 @@ from integrators.markovchains import Walk, walk_chains
 from integrators.metropolis import effective, metropolis_class, resampled
 from registration import on_every_variant
 
-SHORTEST = 16
+SHORTEST = 64
 """A chain walks at least as many steps, or there are fewer chains."""
 
 CALM = 12.0

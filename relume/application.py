@@ -10,6 +10,7 @@ import translator
 from relume import llvm
 from relume.session import CannotRender, Session, reason, use_threads, variant
 from translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
+from translator.plan import with_samples
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
@@ -119,7 +120,7 @@ def resized(document, size=None, spp=None):
     if spp is not None:
         if not 1 <= spp <= MAX_SAMPLES:
             raise ValueError(f"spp {spp}: expected 1 to {MAX_SAMPLES}")
-        document = dataclasses.replace(document, sampling=int(spp), supersampling=1)
+        document = with_samples(document, spp)
     return document
 
 

@@ -40,28 +40,34 @@ class Written:
     repaired: int
 
 
-def output_name(stem, ext, n, m, seconds, spp, *, nes=False, spectrum=False, suffix=""):
+def output_name(
+    stem, ext, n, m, seconds, spp, *, method="", nes=False, spectrum=False, suffix=""
+):
     """Compose the name of the final picture as the original program does.
 
     Args:
         stem (str): ``OUTPUT`` without its extension, directories included.
         ext (str): extension with its dot.
         n (int): ``SAMPLING``.
-        m (int): ``SUPERSAMPLING``.
+        m (int): ``SUPERSAMPLING``; of a Metropolis render ``mutation``.
         seconds (float): time the render took.
         spp (int): samples per pixel that the picture holds.
+        method (str): `pssmlt`, `erpt`, or empty.
         nes (bool): whether next event estimation is on.
         spectrum (bool): whether wavelengths were rendered.
         suffix (str): value of the environment variable ``SUFFIX_SYMBOL``.
 
     Returns:
-        str: ``<stem>_<n>x<m>[_nes]_<seconds>(<spp>spp)[_spectrum]<suffix><ext>``.
+        str: ``<stem>_<n>x<m>[_mlt][_nes]_<seconds>(<spp>spp)[_spectrum]<suffix><ext>``; with ERPT
+        ``_erpt``, and without ``(<spp>spp)``.
 
     Source: manual, OUTPUT; the program's own names.
     """
     nes = "_nes" if nes else ""
     spectrum = "_spectrum" if spectrum else ""
-    return f"{stem}_{n}x{m}{nes}_{seconds:.1f}({spp}spp){spectrum}{suffix}{ext}"
+    method = {"pssmlt": "_mlt", "erpt": "_erpt"}.get(method, "")
+    samples = "" if method == "_erpt" else f"({spp}spp)"
+    return f"{stem}_{n}x{m}{method}{nes}_{seconds:.1f}{samples}{spectrum}{suffix}{ext}"
 
 
 def split_extension(name):

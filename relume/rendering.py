@@ -22,6 +22,7 @@ from relume.keeping import Keeper
 from relume.passes import Plan
 from relume.passes_file import Header
 from relume.session import CannotRender, add_up
+from translator.plan import metropolis, mutations
 
 DUMP_INTERVAL = 60.0
 """With a time limit the picture so far is written each minute, as the manual says [s]."""
@@ -113,6 +114,9 @@ def render_file(
             with rendering as renderer, closing(renderer.render(to_do)) as found:
                 steps = add_up(found, accumulator, len(to_do), asked)
                 seconds, why = run(steps, accumulator, (keeper, dumps), time_limit, stop, console)
+                if cluster is None:
+                    for line in getattr(renderer.integrator, "report", list)():
+                        console.print(line, highlight=False)
         if not accumulator.done:
             raise CannotRender(f"{why} before the first pass was done")
         if why or keep:
@@ -211,13 +215,15 @@ class Destination:
         """Write the picture and the BMP beside it; returns `output.Written`."""
         path = self.exact
         if path is None:
+            method = metropolis(document)
             name = output.output_name(
                 self.stem,
                 self.extension,
                 document.sampling,
-                document.supersampling,
+                mutations(document) if method else document.supersampling,
                 seconds,
                 accumulator.spp,
+                method=method or "",
                 nes=document.next_event_estimation,
                 spectrum=spectral,
                 suffix=document.suffix,

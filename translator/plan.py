@@ -1,5 +1,6 @@
 """The smallest means that render a scene: variant, integrator, plugins, with reasons."""
 
+import dataclasses
 from dataclasses import asdict, dataclass
 
 RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
@@ -39,7 +40,7 @@ MUTATIONS = 32
 
 def metropolis(document):
     """The Metropolis integrator that a document asks for, or None; energy redistribution wins."""
-    return "pssmlt" if document.metropolis and not document.erpt else None
+    return "erpt" if document.erpt else "pssmlt" if document.metropolis else None
 
 
 def mutations(document):
@@ -54,6 +55,19 @@ def samples(document):
     return document.sampling * document.supersampling**2
 
 
+def with_samples(document, spp):
+    """The document with another number of samples of a pixel.
+
+    Energy redistribution has whole chains: `spp` is rounded up to a multiple of their length.
+    """
+    runs = {"sampling": int(spp), "supersampling": 1}
+    if document.erpt:
+        runs["sampling"] = -(-int(spp) // mutations(document))
+    elif document.metropolis:
+        runs["mutation"] = 1.0
+    return dataclasses.replace(document, **runs)
+
+
 def samples_reason(document):
     if metropolis(document):
         return f"SAMPLING {document.sampling} runs of {mutations(document)} mutations a pixel"
@@ -62,7 +76,10 @@ def samples_reason(document):
 
 def around(document, dialect, paths, reason):
     """The Metropolis integrator around the one that traces paths, and the reason for it."""
-    result = {"type": metropolis(document), "bootstrap": document.mlt_sample}
+    if document.erpt:
+        result = {"type": "erpt", "length": mutations(document), "paths": paths}
+        return result, f"energyRedistributionPathTracing; its paths: {reason}"
+    result = {"type": "pssmlt", "bootstrap": document.mlt_sample}
     if dialect == "prender":
         result["mutation"] = "lux"
     if "mlt_resampling" in document.source.reports:

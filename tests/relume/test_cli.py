@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from relume.cli import main
 
-UNSUPPORTED = "metropolisTransport\n1"
+UNSUPPORTED = "use_mollweide_projection\n1"
 TYPO = "SAMPLNG\n16\n\nOBJECT\nsphere 0 0 0\nreflection difuse\n"
 
 
@@ -97,10 +97,11 @@ def test_every_line_with_content_is_in_the_json(run, room):
 
 def test_the_table_names_lines_reasons_and_the_plan(run, room):
     text = run("check", room(UNSUPPORTED)).stdout
-    for part in ("unsupported", "metropolisTransport", "path tracing", "plan: 32x24, 4 spp"):
+    for part in ("unsupported", "use_mollweide_projection", "relativity", "plan: 32x24, 4 spp"):
         assert part in text
     brief = run("check", room(UNSUPPORTED), "--brief").stdout
-    assert "CAMERA_POS" in text and "CAMERA_POS" not in brief and "metropolisTransport" in brief
+    assert "CAMERA_POS" in text and "CAMERA_POS" not in brief
+    assert "use_mollweide_projection" in brief
 
 
 def test_text_of_a_scene_is_no_markup(run, room):

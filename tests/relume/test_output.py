@@ -43,6 +43,11 @@ def test_name_of_the_final_picture():
         output.output_name("a", ".bmp", 1, 4, 0, 16, nes=True, spectrum=True, suffix="_x")
         == "a_1x4_nes_0.0(16spp)_spectrum_x.bmp"
     )
+    assert (
+        output.output_name("a", ".bmp", 40, 5, 7, 200, method="pssmlt", nes=True)
+        == "a_40x5_mlt_nes_7.0(200spp).bmp"
+    )
+    assert output.output_name("a", ".bmp", 40, 5, 7, 200, method="erpt") == "a_40x5_erpt_7.0.bmp"
 
 
 def test_the_tail_of_such_a_name_is_no_extension():

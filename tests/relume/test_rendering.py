@@ -210,8 +210,8 @@ def test_progress_shows_passes_and_rate_on_a_terminal(room, here, short_passes):
 
 
 def test_what_is_not_rendered_as_written_is_said(room, here, console):
-    path = room("metropolisTransport\n1", objects="OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n")
+    path = room("use_mollweide_projection\n1", objects="OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n")
     render_file(path, out="a.png", console=console)
     text = console.export_text()
-    assert re.search(r"unsupported line \d+, metropolisTransport: ", text)
+    assert re.search(r"unsupported line \d+, use_mollweide_projection: ", text)
     assert re.search(r"approximated line \d+, OBJECT: a ring", text)

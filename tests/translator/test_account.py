@@ -64,18 +64,24 @@ def test_the_document_is_left_as_it_is():
     assert {report.outcome for report in document.source.all} == {"translated"}
 
 
+BOTH = "metropolisTransport\n1\nenergyRedistributionPathTracing\n1\n"
+
 CASES = [
     ("DEPTH_LIMIT\n5\n", 1, "ignored", "nothing to harden"),
     ("mlt_r1r2\n0.1 0.2\n", 1, "ignored", "without effect"),
-    ("metropolisTransport\n1\n", 1, "unsupported", "path tracing"),
+    ("metropolisTransport\n1\n", 1, "translated", "mlt"),
     ("metropolisTransport\n0\n", 1, "translated", ""),
-    ("energyRedistributionPathTracing\n1\n", 1, "unsupported", "path tracing"),
-    ("metropolisTransport\n1\nmutation\n3\n", 3, "unsupported", "Metropolis"),
-    ("metropolisTransport\n1\nmlt_sample\n3\n", 3, "unsupported", "Metropolis"),
-    ("metropolisTransport\n1\nmlt_resampling\n1\n", 3, "unsupported", "Metropolis"),
+    ("energyRedistributionPathTracing\n1\n", 1, "translated", "erpt"),
+    (BOTH, 1, "ignored", "energy redistribution wins"),
+    (BOTH, 3, "translated", "erpt"),
+    ("metropolisTransport\n1\nmutation\n3\n", 3, "translated", ""),
+    ("metropolisTransport\n1\nmlt_sample\n3\n", 3, "translated", ""),
+    ("metropolisTransport\n1\nmlt_resampling\n1\n", 3, "translated", ""),
+    ("metropolisTransport\n1\nSUPERSAMPLING\n2\n", 3, "ignored", "by themselves"),
+    ("metropolisTransport\n1\nluminance_cutoff\n2\n", 3, "ignored", "Metropolis"),
     ("mutation\n3\n", 1, "ignored", "no Metropolis"),
-    ("mlt_sample\n3\n", 1, "ignored", "no Metropolis"),
-    ("mlt_resampling\n1\n", 1, "ignored", "no Metropolis"),
+    ("mlt_sample\n3\n", 1, "ignored", "only metropolisTransport"),
+    (BOTH + "mlt_resampling\n1\n", 5, "ignored", "only metropolisTransport"),
     ("participatingMedia\n1\n", 1, "ignored", "above 0"),
     ("participatingMedia\n0\n", 1, "translated", ""),
     ("participatingMedia\n1\nSCATTERING\n0\n1 1 1\n", 3, "translated", "medium-units"),
@@ -190,14 +196,14 @@ def test_every_row_applies_in_a_case():
 
 
 def test_a_value_line_shares_the_outcome_of_its_keyword():
-    """Both lines of `metropolisTransport` are unsupported, and the reason is not said twice."""
-    found = reports("metropolisTransport\n1\n")
+    """Both lines of `use_mollweide_projection` are unsupported: the value means nothing alone."""
+    found = reports("use_mollweide_projection\n1\n")
     assert found[1].outcome == found[2].outcome == "unsupported"
 
 
 @pytest.mark.parametrize(
     ("text", "status"),
-    [("", "ok"), (BALL + "frobnicate 1\n", "ok"), ("metropolisTransport\n1\n", "unsupported")],
+    [("", "ok"), (BALL + "frobnicate 1\n", "ok"), ("BLACKHOLE 0 0 0\n", "unsupported")],
 )
 def test_status(text, status):
     """`unsupported` as soon as one line is."""

@@ -258,7 +258,23 @@ level
 MATERIAL_R_MAX
 2
 """,
-    "unsupported": HEAD + """metropolisTransport
+    "metropolis": HEAD + """metropolisTransport
+1
+mutation
+5
+mlt_sample
+0.5
+mlt_resampling
+1
+sensor_response
+2
+""",
+    "redistribution": HEAD + """energyRedistributionPathTracing
+1
+mutation
+20
+""",
+    "unsupported": HEAD + """use_mollweide_projection
 1
 BLACKHOLE 0 0 0
 dist 5

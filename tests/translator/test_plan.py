@@ -77,7 +77,22 @@ SCENES = {
         BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\nMATERIAL_SYMBOL\nWholemilk\n",
         RGB, "volpathmis", "perspective", ["schlickglass"], 32,
     ),
-    "metropolis": ("metropolisTransport\n1\n", RGB, "path", "perspective", [], 32),
+    "metropolis": (
+        "metropolisTransport\n1\nSUPERSAMPLING\n3\n", RGB, "pssmlt", "perspective",
+        ["dispersivepath", "pssmlt"], 16,
+    ),
+    "energy redistribution": (
+        "energyRedistributionPathTracing\n1\nmetropolisTransport\n1\nmutation\n5\n", RGB, "erpt",
+        "perspective", ["dispersivepath", "erpt"], 40,
+    ),
+    "no mutations": (
+        "energyRedistributionPathTracing\n1\nmutation\n-1\n", RGB, "erpt", "perspective",
+        ["dispersivepath", "erpt"], 256,
+    ),
+    "metropolis in fog": (
+        FOG + "metropolisTransport\n1\nmutation\n0.2\n", RGB, "pssmlt", "perspective",
+        ["pssmlt"], 8,
+    ),
 }
 
 

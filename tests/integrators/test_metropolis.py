@@ -1,0 +1,287 @@
+"""Metropolis light transport: `pssmlt` and `erpt` against known answers and `path`."""
+
+import math
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from integrators.primarysamples import MUTATIONS, moved
+from registration import on_every_variant
+
+METHODS = {
+    "kelemen": {"type": "pssmlt", "mutation": "kelemen", "hand_over": False},
+    "lux": {"type": "pssmlt", "mutation": "lux", "hand_over": False},
+    "gaussian": {"type": "pssmlt", "mutation": "gaussian", "hand_over": False},
+    "small": {"type": "pssmlt", "large_step_probability": 0.0, "hand_over": False},
+    "large": {"type": "pssmlt", "large_step_probability": 1.0, "hand_over": False},
+    "erpt": {"type": "erpt", "length": 16},
+}
+"""Every way to walk."""
+
+
+def integrator(method, **parameters):
+    """A method of `METHODS` over `dispersivepath`, or over `paths`."""
+    paths = {"type": "dispersivepath", "max_depth": 6}
+    return mi.load_dict(METHODS[method] | {"bootstrap": 16.0, "paths": paths} | parameters)
+
+
+def film(width, height, rfilter="box"):
+    return {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": rfilter}}
+
+
+def cornell(width=12, height=12, rfilter="box", **sensor):
+    """The lower half of the Cornell box: without the lamp, in which few samples hold much light."""
+    d = mi.cornell_box() | {"integrator": {"type": "path", "max_depth": 6}}
+    half = {"crop_offset_y": height, "crop_height": height, "crop_width": width}
+    d["sensor"] |= {"film": film(width, 2 * height, rfilter) | half} | sensor
+    return mi.load_dict(d)
+
+
+def nothing(width, height):
+    """A scene that the integrator `fold` needs for its sensor alone."""
+    sensor = {"type": "orthographic", "film": film(width, height)}
+    return mi.load_dict({"type": "scene", "sensor": sensor, "sky": {"type": "constant"}})
+
+
+def define():
+    class Fold(mi.SamplingIntegrator):
+        """Radiance 3 v (1 + s) where u + v < 1 + x, else 0, for two numbers u, v drawn.
+
+        x is the position on the film, from -1 to 1, s the parity of a third number, which is drawn
+        only in the upper half of v. So paths differ in length, and the radiance has an edge.
+        """
+
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+
+        @dr.syntax
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            u, v = sampler.next_2d()
+            s = mi.Float(0)
+            if v > 0.5:
+                s = dr.select(sampler.next_1d() < 0.5, mi.Float(0), 2)
+            L = dr.select(u + v < 1 + ray.o.x, 3 * v * (1 + s), 0)
+            return mi.Spectrum(L), mi.Bool(True), []
+
+    mi.register_integrator("fold", Fold)
+
+
+on_every_variant(define)
+
+FOLD = {"type": "fold"}
+
+
+@pytest.fixture(autouse=True)
+def rgb():
+    mi.set_variant("llvm_ad_rgb")
+    yield
+    mi.set_variant("llvm_ad_rgb")
+
+
+def luminance(pictures):
+    return pictures @ [0.2126, 0.7152, 0.0722]
+
+
+def fold_columns(columns=4, points=2000):
+    """The picture of `fold`, one value for each column, by the midpoint rule.
+
+    Over the drawn numbers it is the integral of g(v) clip(1 + x - v, 0, 1) with g = 3 v below
+    v = 1/2 and 6 v above, as 1 + s is 2 there on average. x falls from left to right, as the
+    sensor looks along +z.
+    """
+    v = (np.arange(points) + 0.5) / points
+    x = 1 - 2 * (np.arange(columns * 100) + 0.5) / (columns * 100)
+    g = 3 * v * np.where(v > 0.5, 2, 1)
+    return np.mean(g * np.clip(1 + x[:, None] - v, 0, 1), axis=1).reshape(columns, -1).mean(1)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("method", METHODS)
+def test_known_density(method, chance, level):
+    """A density over film and numbers drawn, with an edge and paths of two lengths, is met.
+
+    Each of 32 renders is a picture of its own, so the test needs no assumption on the chains. A
+    wrong acceptance, weight or number of a path shows: unmutated numbers beyond the current path
+    (the mistake of lazy mutation) change the mean of the second column by 6 %.
+    """
+    walk = integrator(method, paths=FOLD, bootstrap=32.0)
+    pictures = chance.runs(nothing(4, 4), 128, runs=32, integrator=walk)
+    columns = level(pictures[..., 0].mean(1))
+    assert np.all(np.sqrt(columns.variance[:3]) < 0.06 * fold_columns()[:3])
+    chance.equal(columns, fold_columns())
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("method", METHODS)
+def test_agrees_with_path(method, chance, level):
+    """The Cornell box in 3 x 3 blocks of pixels, known to 5 % each, and its energy to 1.5 %."""
+    scene = cornell()
+    found, wanted = (
+        luminance(chance.runs(scene, 32, runs=24, integrator=by)).reshape(24, 3, 4, 3, 4)
+        for by in (integrator(method), None)
+    )
+    chance.equal(level(found.mean((2, 4))), level(wanted.mean((2, 4))), precision=0.05, of=2)
+    energies = level(found.mean((1, 2, 3, 4))), level(wanted.mean((1, 2, 3, 4)))
+    chance.equal(*energies, precision=0.015, of=2)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("chains", [2, 16, 1024])
+def test_any_number_of_chains(chains, chance, level):
+    """Two chains or a thousand: the same mean picture, with no bias from how they start."""
+    walk = integrator("kelemen", paths=FOLD, bootstrap=16.0, chains=chains)
+    pictures = chance.runs(nothing(4, 4), 64, runs=48, integrator=walk)
+    chance.equal(level(pictures[..., 0].mean(1)), fold_columns())
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_short_bootstrap_and_short_chains_are_unbiased(chance, level):
+    """Eight seeds, 16 steps: a normalization by the resampled seeds would be dark by some 10 %."""
+    walk = integrator("kelemen", paths=FOLD, bootstrap=0.5, chains=8)
+    pictures = chance.runs(nothing(4, 4), 8, runs=600, integrator=walk)
+    chance.equal(level(pictures[..., 0].mean((1, 2))), fold_columns().mean(), precision=0.05)
+
+
+@pytest.mark.parametrize("method", ["kelemen", "erpt"])
+def test_same_seed_same_picture(method):
+    """Bit for bit, on one thread or two; another seed gives another picture."""
+    scene, walk = cornell(), integrator(method)
+    threads = dr.thread_count()
+    pictures = []
+    try:
+        for count, seed in ((1, 5), (2, 5), (2, 6)):
+            dr.set_thread_count(count)
+            pictures.append(np.array(mi.render(scene, integrator=walk, spp=32, seed=seed)))
+    finally:
+        dr.set_thread_count(threads)
+    assert np.array_equal(pictures[0], pictures[1])
+    assert not np.array_equal(pictures[0], pictures[2])
+    again = np.array(mi.render(scene, integrator=integrator(method), spp=32, seed=5))
+    assert np.array_equal(pictures[0], again)
+
+
+@pytest.mark.parametrize("method", ["kelemen", "erpt"])
+def test_passes_share_their_kernels(method):
+    """From the second render on nothing is compiled, whatever the seed and number of samples."""
+    scene, walk = cornell(), integrator(method)
+    mi.render(scene, integrator=walk, spp=32, seed=1)
+    mi.render(scene, integrator=walk, spp=32, seed=2)
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+        dr.kernel_history_clear()
+        mi.render(scene, integrator=walk, spp=48, seed=3)
+        kernels = [k for k in dr.kernel_history() if k["type"] == dr.KernelType.JIT]
+    assert kernels and all(k["cache_hit"] for k in kernels)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("method", ["kelemen", "erpt"])
+def test_deep_paths(method, chance, level):
+    """More numbers than a state keeps: inside a closed room that glows and reflects 0.9.
+
+    Radiance is 1 / (1 - 0.9) = 10 everywhere. Roulette makes the paths differ in length and worth;
+    a third of them draw more than the 128 numbers that are stored.
+    """
+    paths = {"type": "dispersivepath", "max_depth": -1, "rr_depth": 8}
+    room = {
+        "type": "cube",
+        "flip_normals": True,
+        "bsdf": {"type": "diffuse", "reflectance": 0.9},
+        "emitter": {"type": "area", "radiance": 1.0},
+    }
+    sensor = {"type": "perspective", "film": film(4, 4)}
+    scene = mi.load_dict({"type": "scene", "sensor": sensor, "room": room})
+    pictures = chance.runs(scene, 256, runs=16, integrator=integrator(method, paths=paths))
+    chance.equal(level(pictures.mean((1, 2, 3))), 10.0, precision=0.03)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("variant", ["llvm_ad_rgb", "llvm_ad_spectral", "llvm_ad_mono"])
+def test_lenses_filters_and_variants(variant, chance, level):
+    """A thin lens and a tent filter, in colour, by wavelength and in grey, as `path` has it."""
+    mi.set_variant(variant)
+    lens = {"type": "thinlens", "aperture_radius": 0.3, "focus_distance": 4.0}
+    scene = cornell(8, 8, "tent", **lens)
+    by = (integrator("kelemen"), mi.load_dict({"type": "dispersivepath", "max_depth": 6}))
+    energies = (level(chance.runs(scene, 64, runs=24, integrator=i).mean((1, 2))) for i in by)
+    chance.equal(*energies, precision=0.06)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_wrappers_and_media(chance, level):
+    """Chains walk through fog and through what wraps the integrator: k times the path tracer."""
+    fog = {"type": "homogeneous", "albedo": 0.8, "sigma_t": 0.3}
+    scene = cornell(8, 8, medium=fog)
+    paths = {"type": "volpath", "max_depth": 6}
+    wrapped = {"type": "sensorresponse", "response": 2.0, "nested": paths}
+    found = chance.runs(scene, 128, runs=24, integrator=integrator("kelemen", paths=wrapped))
+    wanted = 2 * chance.runs(scene, 128, runs=24, integrator=mi.load_dict(paths))
+    chance.equal(level(found.mean((1, 2))), level(wanted.mean((1, 2))), precision=0.06)
+
+
+@pytest.mark.parametrize("method", ["kelemen", "erpt"])
+def test_one_pixel_is_b(method):
+    """A film of one pixel has the luminance that the chains' own estimate b gives.
+
+    With `erpt` exactly: what the chains deposit is what the seeds have. With `pssmlt` the uniform
+    samples take their share by themselves, so to 2 %.
+    """
+    walk = integrator(method, bootstrap=2048.0)
+    picture = np.array(mi.render(cornell(1, 1), integrator=walk, spp=4096, seed=1))
+    b = float(walk.report()[0].split()[4].rstrip(","))
+    assert luminance(picture).item() == pytest.approx(b, rel=1e-4 if method == "erpt" else 0.02)
+
+
+def test_hands_calm_scenes_over():
+    """The Cornell box goes to plain sampling, by default, and the report says so."""
+    walk = mi.load_dict({"type": "pssmlt", "paths": {"type": "dispersivepath", "max_depth": 6}})
+    picture = np.array(mi.render(cornell(), integrator=walk, spp=64, seed=1))
+    assert "plain sampling" in walk.report()[1]
+    # 64 samples of each of 144 pixels: the mean is right to 1 %.
+    reference = np.array(mi.render(cornell(), spp=512, seed=2))
+    assert picture.mean() == pytest.approx(reference.mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("method", ["kelemen", "erpt"])
+def test_darkness(method):
+    """A scene without light: a black picture, and a report without NaN."""
+    sensor = {"type": "perspective", "film": film(4, 4)}
+    ball = {"type": "sphere", "center": [0, 0, 3]}
+    scene = mi.load_dict({"type": "scene", "sensor": sensor, "ball": ball})
+    walk = integrator(method)
+    assert np.all(np.array(mi.render(scene, integrator=walk, spp=16)) == 0)
+    assert "b = 0, standard error 0" in walk.report()[0]
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_mutations_are_symmetric(name):
+    """The offset of 1 - r is minus that of r, within the sizes; a moved number stays in [0, 1)."""
+    offset, s1, s2 = MUTATIONS[name]
+    r = (dr.arange(mi.Float, 4096) + 0.5) / 4096
+    there, back = (np.array(offset(x, s1, s2)) for x in (r, 1 - r))
+    assert there == pytest.approx(-back, abs=2e-6)
+    assert np.all(np.abs(there) <= (s2 * 1.0001 if name != "gaussian" else 4 * s2))
+    for u in (0.0, 1e-9, 0.5, 1 - 2.0**-24):
+        u_new = np.array(moved(mi.Float(u), mi.Float(there)))
+        assert np.all((u_new >= 0) & (u_new < 1))
+    if name == "kelemen":
+        # The logarithm is uniform: half of all offsets are below the geometric mean of the sizes.
+        assert np.mean(np.abs(there) < math.sqrt(s1 * s2)) == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("method", "wrong", "message"),
+    [
+        ("kelemen", {"bootstrap": 0.0}, "bootstrap is 0.0, but must be above 0"),
+        ("kelemen", {"large_step_probability": 1.5}, "large_step_probability is 1.5, not from 0"),
+        ("kelemen", {"chains": 1}, "chains is 1, but must be 2 or more"),
+        ("kelemen", {"mutation": "kelement"}, "mutation is 'kelement', but must be one of kelemen"),
+        ("kelemen", {"mutation_size_min": 0.1}, "mutation sizes are 0.1 and 0.015625, but must"),
+        ("erpt", {"length": 0}, "length is 0, but must be 1 or more"),
+        ("erpt", {"paths": {"type": "ptracer"}}, "erpt takes one nested sampling integrator"),
+    ],
+)
+def test_errors(method, wrong, message):
+    with pytest.raises(RuntimeError, match=message):
+        mi.load_dict(METHODS[method] | {"paths": {"type": "path"}} | wrong)
