@@ -5,7 +5,7 @@ import time
 
 from relume import identity, passes_file
 from relume.accumulator import Accumulator
-from relume.output import OutputError
+from relume.output import OutputError, clear_leftovers
 from relume.session import CannotRender
 
 INTERVAL = 2.0
@@ -53,6 +53,7 @@ class Keeper:
             found = list(identity.differences(header.render, self.header.render))
             if found:
                 raise CannotRender(f"cannot go on with {self.path}: {'; '.join(found)}")
+            clear_leftovers(self.path)
             self.seconds = header.seconds
             self._saved = self._stamp()
             return passes_file.read(self.path)

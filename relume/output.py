@@ -11,6 +11,7 @@ import os
 import re
 import secrets
 import unicodedata
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -345,7 +346,7 @@ WRITERS = {  # extension: writer, whether it takes linear values
 @contextlib.contextmanager
 def replacing(path, *, rename=True):
     """Give a new temporary file beside `path`; if the block ends well, put it in its place."""
-    temporary = path.with_name(f".relume-{secrets.token_hex(8)}.tmp")
+    temporary = path.with_name(f"{_temporary(path)}{secrets.token_hex(4)}.tmp")
     flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -362,6 +363,18 @@ def replacing(path, *, rename=True):
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+def clear_leftovers(path):
+    """Remove the temporary files of writers of `path` that were killed; none may be at work."""
+    for left in path.parent.glob(f"{_temporary(path)}*.tmp"):
+        with contextlib.suppress(OSError):
+            left.unlink()
+
+
+def _temporary(path):
+    """Beginning of the names of the temporary files of a path."""
+    return f".relume-{zlib.crc32(os.fsencode(path.name)):08x}-"
 
 
 def _cause(error):

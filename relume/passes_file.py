@@ -2,8 +2,8 @@
 
 The channels R, G, B are the picture so far. The exact sums are further channels of 32-bit integers,
 two for each double: `S-20.R.0` holds the low words of the level 2^-20 of the sum of the samples in
-red, `Q-20.R.0` that of their squares (see `exact`). The header's attribute `relume` is JSON: which
-passes they are, of which render, and a checksum.
+red, `Q-20.R.0` that of their squares (see `exact`). The header's attribute `relumePasses` is JSON:
+which passes they are, of which render, and a checksum.
 """
 
 import json
@@ -19,7 +19,7 @@ from relume.output import replacing
 from relume.passes import PassSet
 
 FORMAT = 1
-ATTRIBUTE = "relume"
+ATTRIBUTE = "relumePasses"
 RGB = "RGB"
 
 
@@ -118,6 +118,15 @@ def read_header(path):
     if header.format != FORMAT:
         raise NoPasses(f"{path}: passes of format {header.format}, expected {FORMAT}")
     return header
+
+
+def holds_passes(path):
+    """Whether a file holds passes, as far as its header says."""
+    try:
+        read_header(path)
+    except NoPasses:
+        return False
+    return True
 
 
 def read(path):

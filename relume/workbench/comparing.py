@@ -14,6 +14,7 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import translator
+from relume import passes_file
 from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
@@ -195,6 +196,9 @@ def load_picture(path):
         raise ValueError(f"{path}: expected an integrator's id or a linear picture, .exr or .hdr")
     if not Path(path).is_file():
         raise ValueError(f"{path}: no such file")
+    if passes_file.holds_passes(path):
+        kept = passes_file.read(path)
+        return kept.image(), estimate_files.from_passes(kept)
     if estimate_files.holds_estimate(path):
         stored, _ = estimate_files.read(path)
         return stored.pixels.mean, stored

@@ -12,7 +12,7 @@ import numpy as np
 import OpenEXR
 
 from relume.output import replacing
-from relume.workbench.statistics import Estimate, Level
+from relume.workbench.statistics import Estimate, Level, block_means, block_sizes
 
 LEVELS = ("pixels", "blocks", "whole")
 CHANNELS = "RGB"
@@ -83,6 +83,28 @@ def read(path):
     if not all(_sound(level) for level in levels.values()):
         raise ValueError(f"{path}: no estimate: its numbers are not sound")
     return Estimate(**levels), made
+
+
+def from_passes(accumulator):
+    """The estimate that the samples of a render make, whose squares its passes keep.
+
+    Args:
+        accumulator: `relume.accumulator.Accumulator`.
+
+    Returns:
+        `Estimate`; None where the variance is unknown: the pixels depend on each other, as those of
+        a Metropolis render, there is but one sample, or values are not finite.
+    """
+    mean, variance = accumulator.image().astype(float), accumulator.variance()
+    finite = np.isfinite(mean).all() and np.isfinite(variance).all()
+    if accumulator.observations != accumulator.spp or not finite:
+        return None
+    sizes = block_sizes(*mean.shape[:2])[..., None]
+    each = [(mean, variance), (block_means(mean), block_means(variance) / sizes)]
+    whole = [values.mean(axis=(0, 1), keepdims=True) for values in (mean, variance)]
+    each.append((whole[0], whole[1] / sizes.sum()))
+    dof = accumulator.observations - 1
+    return Estimate(*(Level(m, v, np.full_like(v, dof)) for m, v in each))
 
 
 def _level(part, runs):

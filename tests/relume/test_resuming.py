@@ -164,6 +164,20 @@ def test_damaged_passes_are_told(room, here):
     render(room(), "a.exr")
 
 
+def test_what_killed_renders_left_half_written_is_removed(room, here, stopping):
+    """Only of the same file: another render may be writing beside it."""
+    left_after(2, room(), stopping)
+    for name in ("a.passes.exr", "b.passes.exr"):
+        with pytest.raises(KeyboardInterrupt), output.replacing(here / name) as temporary:
+            Path(temporary).write_bytes(b"half")
+            os.link(temporary, f"kept-{name}")
+            raise KeyboardInterrupt
+        os.rename(f"kept-{name}", temporary)
+    assert len(list(here.glob(".relume-*.tmp"))) == 2
+    render(room(), "a.exr", resume=True)
+    assert list(here.glob(".relume-*.tmp")) == [temporary]
+
+
 def test_resuming_what_never_began_begins(room, here, console):
     expected, _ = render(room(), "whole.exr")
     picture, _ = render(room(), "a.exr", console, resume=True)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from relume import output
+from relume.accumulator import Accumulator
+from relume.passes import Pass
 from relume.workbench import estimate_files
 from relume.workbench.statistics import Runs
 
@@ -46,3 +48,39 @@ def test_other_files_are_refused(tmp_path):
     for name in ("picture.exr", "broken.exr", "missing.exr"):
         with pytest.raises(ValueError, match=f"{name}: no estimate: "):
             estimate_files.read(tmp_path / name)
+
+
+def test_passes_tell_the_variance_of_their_pixels_blocks_and_whole():
+    """Of 300 pictures of exponential samples of variance 4, of 25 samples each: the estimated
+    variances average to the true ones, 4 / 25 over the number of pixels of a region.
+
+    The relative standard error of the mean of 300 x 72 of them is below 2 %; 8 % are allowed. The
+    pictures' own scatter agrees.
+    """
+    made = [exponential(seed, 25) for seed in range(300)]
+    estimates = [estimate_files.from_passes(each) for each in made]
+    for name, pixels in (("pixels", 1), ("blocks", 12), ("whole", 24)):
+        levels = [getattr(each, name) for each in estimates]
+        assert np.mean([level.variance for level in levels]) == pytest.approx(
+            4 / 25 / pixels, rel=0.08
+        )
+        scatter = np.var([level.mean for level in levels], axis=0, ddof=1)
+        assert scatter.mean() == pytest.approx(4 / 25 / pixels, rel=0.15)
+        assert (levels[0].dof == 24).all()
+
+
+def exponential(seed, spp, whole=False):
+    """An accumulator of one pass over 8x3 pixels."""
+    samples = np.random.default_rng(seed).exponential(2, (spp, 3, 24)).astype(np.float32)
+    accumulator = Accumulator(8, 3)
+    squares = None if whole else (samples**2).sum(axis=0)
+    accumulator.add(Pass(0, spp, samples.sum(axis=0), squares))
+    return accumulator
+
+
+def test_passes_whose_variance_is_unknown_make_no_estimate():
+    assert estimate_files.from_passes(exponential(0, 1)) is None
+    assert estimate_files.from_passes(exponential(0, 9, whole=True)) is None
+    broken = exponential(0, 9)
+    broken.add(Pass(1, 1, *np.full((2, 3, 24), np.nan, np.float32)))
+    assert estimate_files.from_passes(broken) is None
