@@ -71,5 +71,16 @@ study-mutations: setup
 study-references: setup
 	$(BIN)/python tests/relume/workbench/study_references.py $(SCENE)
 
+# make study-convergence CELLS="glass ibl"; without CELLS, of all materials and lights
+.PHONY: study-convergence
+study-convergence: setup
+	$(BIN)/python tests/relume/workbench/study_convergence.py $(CELLS)
+
+# make study-peer REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
+.PHONY: study-peer
+study-peer: setup
+	$(BIN)/python tests/relume/workbench/study_peer.py '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' \
+	    $(PICTURES)
+
 clean:
 	rm -rf $(VENV) out build *.egg-info
