@@ -63,6 +63,18 @@ def test_samples_of_other_integrators(pairs, at):
     assert np.mean(diffuse != (u[0] >= F)) < 1e-3
 
 
+def test_ways_are_drawn_with_their_probability(at):
+    """Mirror, diffusion and refraction, on a grid of the number that chooses among them."""
+    bsdf, ctx = mi.load_dict(MATERIAL), mi.BSDFContext()
+    ctx.type_mask |= SUBSURFACE
+    u = (np.arange(100_000) + 0.5) / 100_000
+    si = at(np.broadcast_to([0.8, 0, 0.6], (len(u), 3)))
+    bs, _ = bsdf.sample(ctx, si, mi.Float(u), mi.Point2f(0.3, 0.6))
+    way, pdf = np.array(bs.sampled_component), np.array(bs.pdf)
+    for k in range(3):
+        assert np.mean(way == k) == pytest.approx(pdf[way == k].mean(), abs=3e-5)
+
+
 @pytest.mark.parametrize("mask", [0, SUBSURFACE])
 @pytest.mark.parametrize("eta", [0.7, 1.0, 1.3, 3.0])
 def test_is_valid_everywhere(mask, eta, at, assert_valid):
