@@ -25,6 +25,12 @@ PLANE_REACH = 100.0
 NEAR_CAMERA, FAR_CAMERA = 0.01, 1e4
 """Coordinates of the camera that do not suggest that a scene must be moved [scene unit]."""
 
+ROUNDING = 6e-8
+"""Error of a hit point over the size of the triangle between whose corners it is interpolated."""
+
+COARSE = 0.01
+"""Error of points on an infinite plane over the camera's height from which on a note tells it."""
+
 VISIBLE_EDGE = 0.5
 """Angle below the horizon from which on a note tells of an infinite plane's edge [degree]."""
 
@@ -178,11 +184,16 @@ class Shapes:
         p = geometry.point(matrix, shape.point)
         foot = self.center - ((self.center - p) @ n) * n
         away = float(np.linalg.norm(self.center - foot))
-        side = PLANE_REACH * max(self.size / 2, away, 1e-3)
+        # As far as what surrounds the camera reaches, but no coarser than what is inside needs.
+        inner = (self.extent or self.size) / 2
+        side = max(PLANE_REACH * max(inner, away, 1e-3), self.size)
         text = f"infinite plane: a square of side {2 * side:g}"
-        edge = math.degrees(math.atan(abs((self.camera - p) @ n) / side))
+        height = abs((self.camera - p) @ n)
+        edge, off = math.degrees(math.atan(height / side)), ROUNDING * side
         if edge >= VISIBLE_EDGE:
             text += f", whose edge lies {edge:.1g} degrees below the horizon"
+        if off > COARSE * height:
+            text += f"; single precision: points on it are off by up to {off:.1g}"
         block.source.remark("", text)
         linear = geometry.frame(n) @ np.diag([side, side, 1.0])
         entry = {"type": "rectangle", "to_world": Matrix.of(geometry.affine(linear, foot))}

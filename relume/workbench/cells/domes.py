@@ -81,6 +81,14 @@ def bright_texel_at_the_horizon(ratio):
     return bright_texel(16, ratio)
 
 
+@family("radiance of one texel of 2048, the others 1", (1, 1e2, 1e4, 1e6, 1e8), "envmap")
+def bright_texel_of_a_far_dome(ratio):
+    """As bright texel high, the dome so far that it is rendered as an environment map."""
+    expected = 0.5 / math.pi * (math.pi + (ratio - 1) * texel_irradiance(6))
+    scene = text(FLOOR, dome(1e5), camera=(0, 1, 3), angle=0.1)
+    return Case(scene, expected, files=sky(6, ratio=ratio))
+
+
 @family("radius of the dome [scene unit]", RADII, "shadowcatcher")
 def shadow_catcher_in_the_open(radius):
     """A shadow catcher that nothing shades shows the sky behind it: radiance 1."""
