@@ -5,7 +5,7 @@ PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
 STATE   = { pwd; cat $(PINS); }
 
-.PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-stability \
+.PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-subsurface study-stability \
         study-charts study-compare study-honesty study-mutations
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
@@ -41,6 +41,10 @@ study-materials: setup
 
 study-lights: setup
 	$(BIN)/python tests/emitters/study_lights.py
+
+study-subsurface: setup
+	$(BIN)/python tests/integrators/study_subsurface.py --figure docs/subsurface/profiles.png
+	$(BIN)/python tests/integrators/study_subsurface_spheres.py
 
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup

@@ -16,6 +16,7 @@ import mitsuba as mi
 import translator
 from relume.application import integrator_entry, loaded
 from relume.session import CannotRender, reason
+from translator import media
 from translator.neutral import to_mitsuba
 from translator.plan import plugin_types
 
@@ -66,7 +67,15 @@ def has_medium(translation):
 
 def without_medium(translation):
     """The obstacle of methods that know no media."""
-    return "it knows no participating media" if has_medium(translation) else ""
+    if has_medium(translation):
+        return "it knows no participating media"
+    return without_diffusion(translation)
+
+
+def without_diffusion(translation):
+    """The obstacle of methods that do not know what the dipole renders."""
+    dipole = "subsurface" in translation.plan.plugins
+    return "it knows no subsurface scattering by diffusion" if dipole else ""
 
 
 def with_medium(translation):
@@ -78,6 +87,29 @@ def with_dispersion(translation):
     """The obstacle of methods that only dispersive glass needs."""
     spectral = "spectral" in translation.plan.variant
     return "" if spectral else "nothing in the scene is dispersive"
+
+
+def simulated(document):
+    """The document with its subsurface scattering simulated."""
+    return media.with_method(document, dipole=False)
+
+
+def diffused(document):
+    """The document with its subsurface scattering left to the dipole."""
+    return media.with_method(document, dipole=True)
+
+
+def with_diffusion(translation):
+    """The obstacle of the simulation that stands in for the dipole."""
+    return "" if without_diffusion(translation) else "no object is rendered by the dipole"
+
+
+def with_subsurface(translation):
+    """The obstacle of the dipole."""
+    if not any(block.reflection.subsurface for block in translation.document.objects):
+        return "no object has subsurface scattering"
+    dispersive = not with_dispersion(translation)
+    return media.why_simulated(diffused(translation.document), dispersive)
 
 
 def with_ward(translation):
@@ -113,11 +145,29 @@ def balanced_ward(entry):
     return entry | {"variant": "balanced"} if entry.get("type") == "ward" else entry
 
 
+DIPOLES = {
+    "dipole": "standard",
+    "dipole-directional": "directional",
+    "dipole-normalized": "normalized",
+}
+"""Methods that render subsurface scattering by diffusion, with their profiles."""
+
 METHODS = (
     Method("path", tracer("path"), obstacle=without_medium),
-    Method("volpath", tracer("volpath")),
+    Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
     Method("dispersivepath", tracer("dispersivepath"), obstacle=with_dispersion),
+    Method("simulation", as_planned, obstacle=with_diffusion, document=simulated),
+    *(
+        Method(
+            name,
+            tracer("dipole", profile=profile),
+            unbiased=False,
+            obstacle=with_subsurface,
+            document=diffused,
+        )
+        for name, profile in DIPOLES.items()
+    ),
     Method(
         "dielectric",
         as_planned,

@@ -90,10 +90,18 @@ def mean(pictures):
     return means.mean(axis=0), means.std(axis=0, ddof=1) / math.sqrt(len(means))
 
 
+def heading(title, head):
+    print(f"\n### {title}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}", flush=True)
+
+
+def row(cells):
+    print(f"| {' | '.join(str(cell) for cell in cells)} |", flush=True)
+
+
 def table(title, head, rows):
-    print(f"\n### {title}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}")
-    for row in rows:
-        print(f"| {' | '.join(str(cell) for cell in row)} |", flush=True)
+    heading(title, head)
+    for cells in rows:
+        row(cells)
 
 
 def triple(values, form=".3f"):

@@ -8,7 +8,18 @@ from relume.workbench.cells import (
     lamps,
     sizes,
     surroundings,
+    translucency,
     walks,
 )
 
-__all__ = ["beams", "domes", "glass", "glossy", "lamps", "sizes", "surroundings", "walks"]
+__all__ = [
+    "beams",
+    "domes",
+    "glass",
+    "glossy",
+    "lamps",
+    "sizes",
+    "surroundings",
+    "translucency",
+    "walks",
+]

@@ -27,6 +27,10 @@ def staged(room):
 
 
 GLASS_BALL = "OBJECT\nsphere 0 1 3 1\ncolor 1 1 1\nreflection reflection\nrefractive_index 1.5\n"
+MILK = (
+    "OBJECT\nsphere 0 1 3 1\ncolor 1 1 1\nreflection reflection\n"
+    "reflection Subsurface_Scattering\nMATERIAL_SYMBOL\nWholemilk\n"
+)
 PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
@@ -44,6 +48,21 @@ def test_each_scene_gets_the_methods_that_can_render_it(staged):
         stage.translation, scene=stage.translation.scene | {"box": {"interior": medium}}
     )
     assert [row.name for row in methods.methods_for(foggy)] == ["volpath", "volpathmis"]
+
+
+def test_subsurface_scattering_is_diffused_or_simulated(staged):
+    """What knows neither is no method; the others render what they need, whatever the plan."""
+    dipoles = ["dipole", "dipole-directional", "dipole-normalized"]
+    diffused, simulated = staged(objects=MILK), staged(objects=MILK + "BSSRDF\n0\n")
+    assert names(diffused) == ["simulation", *dipoles]
+    assert names(simulated)[:5] == ["volpath", "volpathmis", *dipoles]
+    for stage in (diffused, simulated):
+        for name in dipoles:
+            made = stage.translated(methods.find(name))
+            assert "subsurface" in made.plan.plugins
+            assert made.scene["integrator"]["profile"] == methods.DIPOLES[name]
+    made = diffused.translated(methods.find("simulation"))
+    assert made.scene["integrator"]["type"] == "volpathmis" and methods.has_medium(made)
 
 
 def test_names_are_unique_and_found():
