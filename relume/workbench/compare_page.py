@@ -76,7 +76,7 @@ def view_data(comparison, report):
     """
     a, b = (side.estimate.pixels.mean for side in comparison.sides)
     scale = abs(float(b.mean())) or 1.0
-    root = np.sqrt(measures.weight(comparison.sides[1].estimate))
+    root = np.sqrt(measures.weight(b))
     pixels, blocks = comparison.scores["pixels"], comparison.scores["blocks"]
     height, width = a.shape[:2]
     arrays = {

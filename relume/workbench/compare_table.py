@@ -46,7 +46,8 @@ def explanations(report):
         " all tests together, by Šidák's correction. z is positive where the first is brighter.",
         "relMSE is mean((I - R)² / (R² + 0.01 m²)), R the second picture and m its mean; debiased,"
         " the variance of R is taken off.",
-        "Efficiency is 1 / (relMSE of the noise · time), the same for any number of samples."
+        "Efficiency is 1 / (relMSE of the noise · time), the same for any number of samples; the"
+        " noise of both is weighed by the mean of both pictures."
         " Time is the median of the runs times their number.",
         *(
             ["A picture tells no variance: its noise is that part of the difference which varies"

@@ -174,7 +174,8 @@ class Comparison:
         }
 
     def _side(self, side):
-        noise = measures.noise(side.estimate, self.sides[1].estimate)
+        both = sum(other.estimate.pixels.mean for other in self.sides) / 2
+        noise = measures.noise(side.estimate, both)
         return {
             "name": side.name,
             "runs": side.runs,

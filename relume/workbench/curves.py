@@ -168,7 +168,7 @@ def gram(pictures, reference):
     Returns:
         (runs, runs) and a number.
     """
-    w, V = measures.weight(reference), reference.pixels.variance
+    w, V = measures.weight(reference.pixels.mean), reference.pixels.variance
     off = np.asarray(pictures, dtype=float) - reference.pixels.mean
     flat = (np.sqrt(w) * off).reshape(len(off), -1)
     count = flat.shape[1]

@@ -3,13 +3,12 @@
 import numpy as np
 
 
-def weight(reference):
-    """1 / (R² + 0.01 m²) for each pixel and channel, m being the mean of the reference R.
+def weight(R):
+    """1 / (R² + 0.01 m²) for each pixel and channel, m being the mean of the picture R.
 
     The second term keeps pixels that are black in the reference from counting without bound. It is
     relative to the mean, so that an error does not depend on the unit of radiance. 0 if R is black.
     """
-    R = reference.pixels.mean
     denominator = R**2 + 0.01 * R.mean() ** 2
     return np.divide(1, denominator, out=np.zeros_like(R), where=denominator > 0)
 
@@ -25,14 +24,20 @@ def rel_mse(a, reference):
         The error as it is, and debiased: the reference's own variance is taken off the square,
         which leaves bias² + variance of I. It may fall below 0 by chance.
     """
-    w = weight(reference)
+    w = weight(reference.pixels.mean)
     square = (a.pixels.mean - reference.pixels.mean) ** 2
     return float((square * w).mean()), float(((square - reference.pixels.variance) * w).mean())
 
 
-def noise(a, reference):
-    """Relative mean squared error of the noise of an estimate alone, as `rel_mse` weighs it."""
-    return float((a.pixels.variance * weight(reference)).mean())
+def noise(a, R):
+    """Relative mean squared error of the noise of an estimate alone, as `rel_mse` weighs it.
+
+    Args:
+        a: `Estimate`.
+        R: picture for the weights. If it is that of `a` itself, bright outliers of `a` count less:
+            to compare two methods, take the mean of both.
+    """
+    return float((a.pixels.variance * weight(R)).mean())
 
 
 def efficiency(mse, seconds):

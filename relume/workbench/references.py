@@ -36,7 +36,7 @@ class Reference:
     @property
     def noise(self):
         """Relative mean squared error of the reference itself: below it nothing can be seen."""
-        return measures.noise(self.estimate, self.estimate)
+        return measures.noise(self.estimate, self.estimate.pixels.mean)
 
 
 def reference(stage, method, spp, folder, *, seed=0, watch=None):

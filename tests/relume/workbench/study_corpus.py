@@ -34,7 +34,7 @@ SCENES = {
     "beam": "san-miguel4",
     "ibl": "texture_test5",
 }
-SIZE = (160, 120)
+SIZES = {"charts": (96, 72), "compare": (160, 120)}
 GENERATED = "<!-- all below is written by the study -->\n"
 
 
@@ -46,7 +46,7 @@ def arguments():
     parser.add_argument("--out", type=Path, help="folder instead of docs/charts or docs/compare")
     parser.add_argument("--only", choices=SCENES, help="one scene")
     parser.add_argument("--keep", type=Path, help="folder of scenes measured before")
-    parser.add_argument("--seconds", type=float, default=40.0, help="of each chart")
+    parser.add_argument("--seconds", type=float, default=45.0, help="of each chart")
     parser.add_argument("--spp", type=int, default=256, help="samples of a pixel, of compare")
     return parser.parse_args()
 
@@ -72,10 +72,10 @@ def scene_folder(given):
             os.chdir(before)
 
 
-def options(name, remarks):
+def options(given, name, remarks):
     """What the command gets besides the scene."""
     folders = ("assets", "stand-ins") if remarks[name] else ("assets",)
-    return {"size": SIZE, "asset_path": folders}
+    return {"size": SIZES[given.study], "asset_path": folders}
 
 
 def kept(given, name, measure):
@@ -98,7 +98,7 @@ def study_charts(given, remarks):
             given,
             name,
             lambda file, name=name: charting.chart(
-                file, seconds=given.seconds, **options(name, remarks)
+                file, seconds=given.seconds, **options(given, name, remarks)
             ),
         )
         if made:
@@ -126,7 +126,7 @@ def study_compare(given, remarks):
             given,
             name,
             lambda file, name=name: comparing.compare(
-                file, spp=given.spp, **options(name, remarks)
+                file, spp=given.spp, **options(given, name, remarks)
             ),
         )
         if not found:

@@ -16,8 +16,9 @@ import relume
 from relume import output
 from relume.application import CannotRender
 from relume.cli import main
-from relume.workbench import comparing
+from relume.workbench import comparing, statistics
 from relume.workbench.compare_page import page
+from relume.workbench.comparison import Comparison, Side
 
 SMALL = {"size": (32, 24), "spp": 64}
 
@@ -176,6 +177,27 @@ def test_stopping_keeps_the_runs_so_far(room):
     assert found.settings["runs"] == 9 and found.settings["spp"] == 9
     with pytest.raises(CannotRender, match="stopped after 7 runs; 8 are needed"):
         comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 7)
+
+
+def test_neither_side_has_an_advantage_in_the_noise():
+    """Two sides of one heavy-tailed law, 100 times: which has less noise is a coin's throw.
+
+    27 or fewer, or 73 or more, of 100 throws have a chance of 5e-6. Weighed by the reference alone,
+    whose outliers would count less, the reference has less noise in all 100.
+    """
+    rng, wins = np.random.default_rng(8), 0
+    for _ in range(100):
+        sides = []
+        for name in "ab":
+            runs = statistics.Runs()
+            for _ in range(4):
+                runs.add(rng.lognormal(sigma=2, size=(8, 8, 3)))
+            sides.append(Side(name, runs.estimate(), 4, (1.0,) * 4, 0, 0))
+        scores = statistics.all_levels(*(side.estimate for side in sides), 0.01)
+        report = Comparison(tuple(sides), scores, None, {"spp": 4}).report()
+        a, b = (side["rel_mse_of_noise"] for side in report["sides"])
+        wins += a < b
+    assert 27 < wins < 73
 
 
 # ---- the page
