@@ -151,4 +151,4 @@ def save(figure, path, description):
     metadata = {"Description": description}
     metadata |= {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
     with matplotlib.rc_context(settings), replacing(path) as temporary:
-        figure.savefig(temporary, format=kind, dpi=110, metadata=metadata)
+        figure.savefig(temporary, format=kind, dpi=96, metadata=metadata)

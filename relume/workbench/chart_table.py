@@ -76,7 +76,7 @@ def cells(row):
 
     def time(clock, target):
         seconds = row[f"{clock}_s_to_{100 * target:g}_percent"]
-        return "never" if seconds is None else f"{seconds:.3g} s"
+        return "never" if seconds is None else f"{short(seconds, 3)} s"
 
     slope = "-"
     if row["slope"] is not None:
@@ -84,12 +84,17 @@ def cells(row):
     return [
         ("method", row["method"]),
         ("slope", slope),
-        ("bias", f"{'' if row['biased'] else '< '}{100 * row['bias']:.2g} %"),
+        ("bias", f"{'' if row['biased'] else '< '}{short(100 * row['bias'], 2)} %"),
         *((f"{100 * target:g} % in", time("wall", target)) for target in TARGETS),
         (f"CPU, {100 * TARGETS[0]:g} %", time("cpu", TARGETS[0])),
         ("front", f"{row['points_on_front']} of {row['points']}"),
         ("first run", f"+{row['first_s']:.2f} s"),
     ]
+
+
+def short(x, digits):
+    """A number in so many significant digits, without an exponent below a million."""
+    return f"{x:.{digits}g}" if x < 10**digits or x >= 1e6 else f"{x:.0f}"
 
 
 def lines(chart):
