@@ -6,6 +6,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 
 from relume.output import encode_display
 
@@ -38,8 +39,10 @@ def write_page(folder, cells, pictures):
     sections = []
     for light in lights:
         here = [cell for cell in cells if cell["light"] == light]
-        chart(here, pictures).savefig(folder / f"{light}.png", dpi=80)
+        file = folder / f"{light}.png"
+        chart(here, pictures).savefig(file, dpi=80)
         plt.close("all")
+        Image.open(file).convert("RGB").quantize(256).save(file, optimize=True)
         sections.append(section(light, here, folder.name))
     (folder.parent / f"{folder.name}.md").write_text(
         HEAD.format(

@@ -222,7 +222,11 @@ CAUSES = {
         "the beam's rectangle seen 25 x 25 by the camera, in mirrors and glass",
         two_lamps(study_peer_light.Beam, shining),
     ),
-    "parallel_media": Cause(("medium-phase",), "light scattered in the medium: see below"),
+    "parallel_media": Cause(
+        ("uvplane-extent", "medium-phase"),
+        "the beam's rectangle is seen, as in `parallel`; light scattered in the medium is too "
+        "bright in the program (not isolated)",
+    ),
     "sss_cream_bssrdf0": Cause(("sss-simulation",), "the program's walk loses energy"),
     "sss_cream_bssrdf1": Cause(("sss-dipole",), "the program's dipole is too bright"),
 }
