@@ -70,6 +70,12 @@ study-honesty: setup
 study-mutations: setup
 	$(BIN)/python tests/study_mutations.py
 
+# make study-media CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
+# without CORPUS the closed forms and the ends of the ranges
+.PHONY: study-media
+study-media: setup
+	$(BIN)/python tests/translator/study_media.py $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
+
 # make study-references SCENE=glass.txt; without SCENE, of all scenes
 .PHONY: study-references
 study-references: setup

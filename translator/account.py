@@ -113,7 +113,7 @@ DOCUMENT_DIFFERENCES = (
 """Rows of the table of dialects that a document touches: id, field, condition."""
 
 OBJECT_DIFFERENCES = (
-    ("glass-fresnel", "reflection", lambda b: b.reflection.kind == "glass"),
+    ("glass-fresnel", "reflection", lambda b: b.reflection.kind == "glass" and no_subsurface(b)),
     ("dispersion-rgb", "reflection", lambda b: b.reflection.dispersion is not None),
     ("ward-exponent", "ward_brdf", lambda b: b.reflection.kind == "ward"),
     ("phong-cosine", "phong_brdf", lambda b: b.reflection.kind == "phong"),
