@@ -64,8 +64,8 @@ TINY = 1e-12
 """Least sum of coefficients [1/scene unit] that is told from zero."""
 
 STRAIGHT = 0.25
-"""About the share of light that a dense medium returns after one scattering, at most; the samples
-below the boundary are divided between diffusion and the straight way as R_d to this number."""
+"""About the share of light that a dense medium returns after one scattering, at most. Samples are
+divided between the mirror, diffusion and the straight way inside by what each returns."""
 
 
 @dataclass
@@ -182,13 +182,22 @@ def define():
             R_d = diffuse_reflectance(reduced(medium)[2], boundary_factor(self.eta))
             return R_d * medium.tint * medium.tint
 
-        def share_of_diffusion(self, si, active):
-            """Return the share of samples below the boundary that go on by diffusion."""
-            if self.level == -2:
-                return mi.Float(1)
+        def shares(self, si, F, active):
+            """Return how samples are divided, for integrators that know the protocol.
+
+            Returns:
+                (share of the mirror in all of them, by what comes back; share of diffusion in
+                those below the boundary).
+            """
             alpha = reduced(self.medium(si, active))[2]
             R_d = dr.mean(diffuse_reflectance(alpha, boundary_factor(self.eta)))
-            return R_d / (R_d + STRAIGHT)
+            straight = STRAIGHT if self.level == -1 else 0
+            below = (1 - F) * dr.minimum(R_d + straight, 1)
+            mirror = F * dr.mean(self.specular_reflectance.eval(si, active))
+            total = mirror + below
+            mirror = dr.select(total > 0, mirror / dr.select(total > 0, total, 1), F)
+            diffusion = R_d / (R_d + straight) if straight else mi.Float(1)
+            return dr.select(si.wi.z > 0, mirror, F), diffusion
 
         # ------------------------------ interface of mi.BSDF ------------------------------
 
@@ -196,9 +205,9 @@ def define():
             subsurface = bool(ctx.type_mask & SUBSURFACE)
             F, cos_t, eta_it, eta_ti = mi.fresnel(si.wi.z, self.eta)
             front = si.wi.z > 0
-            share = self.share_of_diffusion(si, active) if subsurface else mi.Float(1)
-            u = (sample1 - F) / dr.maximum(1 - F, 1e-6)  # again uniform, where not reflected
-            mirrored = sample1 < F
+            p, share = self.shares(si, F, active) if subsurface else (F, mi.Float(1))
+            u = (sample1 - p) / dr.maximum(1 - p, 1e-6)  # again uniform, where not mirrored
+            mirrored = sample1 < p
             diffused = ~mirrored & front & (u < share)
             refracted = ~mirrored & ~diffused
 
@@ -209,7 +218,7 @@ def define():
                 lambert,
                 dr.select(mirrored, mi.reflect(si.wi), mi.refract(si.wi, cos_t, eta_ti)),
             )
-            bs.pdf = dr.select(mirrored, F, 1 - F) * dr.select(
+            bs.pdf = dr.select(mirrored, p, 1 - p) * dr.select(
                 diffused, share, dr.select(front & refracted, 1 - share, 1)
             )
             bs.eta = dr.select(refracted, eta_it, 1)
@@ -241,6 +250,7 @@ def define():
                 active &= front
             tint = self.specular_reflectance.eval(si, active & mirrored & front)
             weight = dr.select(mirrored, dr.select(front, tint, 1), weight)
+            weight *= dr.select(mirrored, F, 1 - F) / dr.select(mirrored, p, 1 - p)
             return bs, weight & active
 
         def eval_pdf(self, ctx, si, wo, active=True):
