@@ -255,8 +255,8 @@ MUTATIONS = [
     # ---- lights
     spot(
         "spot 2 % too bright, where it is sampled",
-        "weight = self._ramp(-dr.dot(d, self.direction)) / t",
-        "weight = 1.02 * self._ramp(-dr.dot(d, self.direction)) / t",
+        "weight = self._ramp(0.5 * dr",
+        "weight = 1.02 * self._ramp(0.5 * dr",
         f"{SPOT}::test_irradiance_at_five_angles_and_three_distances",
     ),
     spot(
@@ -279,8 +279,8 @@ MUTATIONS = [
     ),
     spot(
         "particles of the spot 2 % too bright",
-        "(dr.two_pi * (1.0 -",
-        "(1.02 * dr.two_pi * (1.0 -",
+        "(dr.two_pi * self.versine_w / c)",
+        "(1.02 * dr.two_pi * self.versine_w / c)",
         f"{SPOT}::test_particles_and_paths_make_the_same_picture",
     ),
     beam(
@@ -548,9 +548,13 @@ MUTATIONS = [
         "noise of a lone picture 2 % too low",
         "noise = np.maximum(sums / count - explained, 0)",
         "noise = 0.96 * np.maximum(sums / count - explained, 0)",
+        f"{STATISTICS}::test_noise_of_a_lone_picture",
     ),
     statistics(
-        "ratio's interval without the reference's noise", "r**2 * b.variance", "0 * b.variance"
+        "ratio's interval without the reference's noise",
+        "r**2 * b.variance",
+        "0 * b.variance",
+        f"{STATISTICS}::test_ratio_and_its_interval",
     ),
     measures(
         "relMSE 2 % too high",
