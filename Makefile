@@ -92,5 +92,15 @@ study-peer: setup
 	$(BIN)/python tests/relume/workbench/study_peer.py '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' \
 	    $(PICTURES)
 
+# Half an hour; what it prints goes into docs/scaling.md. Nothing else should run.
+.PHONY: study-scaling
+STUDY_SCALING = $(BIN)/python tests/relume/cluster/study_scaling.py
+study-scaling: setup
+	$(STUDY_SCALING) kills
+	$(STUDY_SCALING) throughput
+	$(STUDY_SCALING) units
+	$(STUDY_SCALING) model 0.004 8.7e-8 0.42e6
+	$(STUDY_SCALING) model 0.004 8.7e-8 6.6e6
+
 clean:
 	rm -rf $(VENV) out build *.egg-info

@@ -74,6 +74,8 @@ def cluster_options(command):
             raise click.UsageError("give either --workers or --cluster")
         if any(tls) and not (all(tls) and (workers or address)):
             raise click.UsageError("--tls-ca, --tls-cert and --tls-key go together, with a cluster")
+        if address == MPI and any(tls):
+            raise click.UsageError("--cluster mpi takes certificates from dask's own settings")
         if address == MPI:
             with readable_errors():
                 from relume.cluster.opening import join_mpi

@@ -14,6 +14,9 @@ INTERVAL = 2.0
 SHARE = 0.02
 """Share of the time that saving may take: large pictures are saved less often."""
 
+EXPECTED = 0.5e-6
+"""Time of the first save for each pixel, until it is measured [s]."""
+
 
 class Keeper:
     """Saves an accumulator from time to time and finds it again.
@@ -44,6 +47,7 @@ class Keeper:
                 without `resume`.
             NoPasses: the file that `resume` asks for is damaged.
         """
+        self._next = max(INTERVAL, width * height * EXPECTED / SHARE)
         if not resume:
             self._protect()
         elif not self.path.exists():

@@ -62,9 +62,14 @@ def variant(name):
             mi.set_variant(before)
 
 
+def available_cores():
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
 def use_threads(count):
     """Use `count` threads, at most one for each core; None for one for each core."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    cores = available_cores()
     dr.set_thread_count(cores if count is None else max(1, min(int(count), cores)))
 
 

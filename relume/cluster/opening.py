@@ -1,14 +1,12 @@
 """Workers of this machine, or a scheduler that runs already; `distributed` is imported here."""
 
 import logging
-import os
 from contextlib import contextmanager
 
 from relume.cluster import MPI
-from relume.session import CannotRender
+from relume.session import CannotRender, available_cores
 
 try:
-    import dask
     from distributed import Client, LocalCluster, Security
 except ImportError as error:
     raise CannotRender(
@@ -52,8 +50,7 @@ def _connected(cluster):
 
 
 def _local(cluster, threads):
-    cores = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
-    cores = cores or os.cpu_count()
+    cores = threads or available_cores()
     return LocalCluster(
         n_workers=cluster.workers,
         threads_per_worker=max(1, cores // cluster.workers),
@@ -77,7 +74,7 @@ def _security(tls, roles=("client",)):
     return Security(tls_ca_file=authority, require_encryption=True, **files)
 
 
-def join_mpi(threads=None):
+def join_mpi():
     """Make the process what its rank under mpirun is; only rank 1 returns, and hands out passes.
 
     Raises:
@@ -90,6 +87,5 @@ def join_mpi(threads=None):
         raise CannotRender(f"--cluster mpi needs dask-mpi and mpi4py: {error}") from None
     if mpi.COMM_WORLD.Get_size() < 3:
         raise CannotRender("--cluster mpi needs mpirun -n 3 or more: scheduler, client, workers")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    dask.config.set({"distributed.logging.distributed": "error"})
-    dask_mpi.initialize(nthreads=threads or cores, dashboard=False)
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    dask_mpi.initialize(nthreads=available_cores(), dashboard=False)

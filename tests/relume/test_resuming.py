@@ -214,6 +214,11 @@ def test_saving_takes_a_small_share_of_the_time(monkeypatch, tmp_path, console):
     for seconds in range(120):
         keeper.offer(None, float(seconds))
     assert saved[:3] == [2, 52, 102] and saved[3:5] == [104, 106]
+    saved.clear()
+    keeper.begin(1000, 400, resume=False)  # 0.2 s are expected: not before 10 s
+    for seconds in range(12):
+        keeper.offer(None, float(seconds))
+    assert saved == [10]
 
 
 def test_the_passes_of_another_process_are_not_removed(room, here, monkeypatch):

@@ -75,8 +75,9 @@ def kills(renders=50, spp=480, per_pass=8):
             Path("a.exr").unlink()
             print(f"{k + 1}: {same} the same, {killed} kills, {with_passes} left passes, "
                   f"{in_write} in the middle of a write", file=sys.stderr)  # fmt: skip
-    print(f"| renders | the same picture | kills | that left passes | in the middle of a write |\n"
-          f"|---|---|---|---|---|\n| {renders} | {same} | {killed} | {with_passes} | {in_write} |")
+    print("| renders | the same picture as without kills | kills | that left passes | "
+          "in the middle of a write |\n|---|---|---|---|---|\n"
+          f"| {renders} | {same} | {killed} | {with_passes} | {in_write} |")  # fmt: skip
 
 
 # ---- two workers of one thread, one process of two

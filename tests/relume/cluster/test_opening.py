@@ -90,10 +90,12 @@ def test_a_scheduler_that_does_not_answer(room, monkeypatch):
 
 def test_options_that_do_not_go_together(room):
     own = room()
+    tls = ("--tls-ca", own, "--tls-cert", own, "--tls-key", own)
     for words, told in (
         (("--workers", 2, "--cluster", "tcp://127.0.0.1:1"), "either --workers or --cluster"),
         (("--tls-ca", own), "go together"),
-        (("--tls-ca", own, "--tls-cert", own, "--tls-key", own), "with a cluster"),
+        (tls, "with a cluster"),
+        (("--cluster", "mpi", *tls), "own settings"),
         (("--workers", 0), "--workers"),
     ):
         result = invoke(own, *words)
