@@ -76,7 +76,7 @@ def study_spheres(options):
             truth, variance = estimate(reference[:, disk])
             reference_time = seconds * noise(reference[:, disk]) ** 2 / 0.05**2
             for method in METHODS:
-                pictures, seconds = runs(ball(name, radius, method)[0], 32, 8)
+                pictures, seconds = runs(ball(name, radius, method)[0], 128, 4)
                 value, spread = estimate(pictures[:, disk])
                 # What chance adds to the squared difference is known and taken off.
                 squares = (value - truth) ** 2 - spread - variance
