@@ -102,5 +102,10 @@ study-scaling: setup
 	$(STUDY_SCALING) model 0.004 8.7e-8 0.42e6
 	$(STUDY_SCALING) model 0.004 8.7e-8 6.6e6
 
+# make study-metropolis CORPUS="folder of scene files"; without it the occluded room is left out
+.PHONY: study-metropolis
+study-metropolis: setup
+	$(BIN)/python tests/integrators/study_metropolis.py '$(CORPUS)'
+
 clean:
 	rm -rf $(VENV) out build *.egg-info

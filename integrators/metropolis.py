@@ -14,6 +14,9 @@ from integrators.primarysamples import MUTATIONS, Paths
 PILOT = 2**15
 """Uniform samples of each half of the pilot."""
 
+FEWEST = 2**11
+"""Uniform samples of each half of the bootstrap, at least: with few seeds small films are noisy."""
+
 
 @dataclass(frozen=True)
 class Pilot:
@@ -201,7 +204,7 @@ def metropolis_class(_variant):
 
         def boot(self, paths, pilot, seed):
             """The bootstrap: `Samples`, and I of each half (2, count)."""
-            count = max(1, round(self.bootstrap * paths.pixels / 2))
+            count = max(FEWEST, round(self.bootstrap * paths.pixels / 2))
             samples = uniform_samples(paths, count, seed)
             self.tally.add_samples(samples)
             target = samples.luminance * pilot.importance[samples.pixel]

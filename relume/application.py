@@ -10,7 +10,7 @@ import translator
 from relume import llvm
 from relume.session import CannotRender, Session, reason, use_threads, variant
 from translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
-from translator.plan import with_samples
+from translator.plan import METROPOLIS, with_samples
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
@@ -223,7 +223,8 @@ def integrator_entry(name, planned):
 
     Args:
         name: plugin id.
-        planned: dictionary of the integrator that has the scene's path depths.
+        planned: dictionary of the integrator that has the scene's path depths; a Metropolis
+            integrator takes its paths from it.
 
     Returns:
         A dictionary with these depths, as far as the integrator takes them.
@@ -231,7 +232,10 @@ def integrator_entry(name, planned):
     Raises:
         CannotRender: there is no such integrator.
     """
-    depths = {"max_depth": -1, "rr_depth": planned.get("rr_depth", 5)}
+    paths = planned.get("paths", planned)
+    if name in METROPOLIS:
+        return {"type": name, "paths": paths}
+    depths = {"max_depth": -1, "rr_depth": paths.get("rr_depth", 5)}
     errors = []
     for parameters in (depths, {"max_depth": -1}, {}):
         entry = {"type": name} | parameters

@@ -34,6 +34,9 @@ class Plan:
         return asdict(self) | {"plugins": list(self.plugins)}
 
 
+METROPOLIS = ("pssmlt", "erpt")
+"""Integrators that take their paths from another one, nested under the name `paths`."""
+
 MUTATIONS = 32
 """Mutations of a pixel in each run where a scene asks for none or fewer (language 13.6)."""
 

@@ -35,6 +35,8 @@ class Method:
         obstacle: from a `Translation` to the reason why it cannot render that; empty if it can.
         document: from a `Document` to the one to be translated instead, or None.
         scene: from the translated scene's dictionary to another one, or None.
+        chains: dictionary of a Metropolis integrator, which takes its paths from all of these; None
+            for plain sampling, whatever the plan has.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Method:
     obstacle: Callable[[translator.Translation], str] = lambda translation: ""
     document: Callable | None = None
     scene: Callable[[dict], dict] | None = None
+    chains: dict | None = None
 
 
 def tracer(kind, **parameters):
@@ -56,8 +59,13 @@ def tracer(kind, **parameters):
 
 
 def as_planned(planned):
-    """The planned integrator: the method differs in what it renders."""
+    """The planned integrator: the method differs in what it renders, or in its chains."""
     return planned
+
+
+def walked(planned):
+    """The planned integrator, or for `path` the one that is quicker under chains."""
+    return planned | {"type": "dispersivepath"} if planned["type"] == "path" else planned
 
 
 def has_medium(translation):
@@ -182,6 +190,10 @@ METHODS = (
         obstacle=with_ward,
         scene=replaced(balanced_ward),
     ),
+    Method("pssmlt", walked, chains={"type": "pssmlt"}),
+    Method("pssmlt-lux", walked, chains={"type": "pssmlt", "mutation": "lux"}),
+    Method("pssmlt-gaussian", walked, chains={"type": "pssmlt", "mutation": "gaussian"}),
+    Method("erpt", walked, chains={"type": "erpt"}),
 )
 """All methods; the command line, charts and studies take them from here."""
 
@@ -204,8 +216,16 @@ def methods_for(translation):
 
 def planned(translation):
     """The method that the plan chose, with all its parameters."""
-    row = find(innermost(translation.scene["integrator"])["type"])
-    return dataclasses.replace(row, integrator=as_planned)
+    integrator = translation.scene["integrator"]
+    if "paths" in integrator:
+        chains = {key: value for key, value in integrator.items() if key != "paths"}
+        return dataclasses.replace(find(integrator["type"]), integrator=as_planned, chains=chains)
+    return dataclasses.replace(find(innermost(integrator)["type"]), integrator=as_planned)
+
+
+def paths_of(integrator):
+    """The integrator that traces paths: of a Metropolis integrator the one that it takes."""
+    return integrator.get("paths", integrator)
 
 
 def innermost(integrator):
@@ -255,8 +275,10 @@ class Stage:
             if result.plan.variant != self.translation.plan.variant:
                 raise CannotRender(f"{method.name} needs the variant {result.plan.variant}")
         scene = method.scene(result.scene) if method.scene else result.scene
-        own = method.integrator(innermost(scene["integrator"]))
-        integrator = with_innermost(scene["integrator"], own)
+        paths = paths_of(scene["integrator"])
+        integrator = with_innermost(paths, method.integrator(innermost(paths)))
+        if method.chains is not None:
+            integrator = method.chains | {"paths": integrator}
         return dataclasses.replace(result, scene=scene | {"integrator": integrator})
 
     def load(self, method):

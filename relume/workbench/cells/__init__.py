@@ -2,6 +2,7 @@
 
 from relume.workbench.cells import (
     beams,
+    chains,
     domes,
     glass,
     glossy,
@@ -14,6 +15,7 @@ from relume.workbench.cells import (
 
 __all__ = [
     "beams",
+    "chains",
     "domes",
     "glass",
     "glossy",

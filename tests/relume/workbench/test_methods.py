@@ -34,20 +34,23 @@ MILK = (
 PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
+CHAINS = ["pssmlt", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
+
+
 def names(stage):
     return [row.name for row in methods.methods_for(stage.translation)]
 
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
-    assert names(staged()) == ["path", "volpath"]
-    assert names(staged(objects=GLASS_BALL)) == ["path", "volpath", "dielectric"]
-    assert names(staged(objects=PRISM)) == ["path", "volpath", "dispersivepath"]
+    assert names(staged()) == ["path", "volpath", *CHAINS]
+    assert names(staged(objects=GLASS_BALL)) == ["path", "volpath", "dielectric", *CHAINS]
+    assert names(staged(objects=PRISM)) == ["path", "volpath", "dispersivepath", *CHAINS]
     medium = {"type": "homogeneous"}
     stage = staged()
     foggy = dataclasses.replace(
         stage.translation, scene=stage.translation.scene | {"box": {"interior": medium}}
     )
-    assert [row.name for row in methods.methods_for(foggy)] == ["volpath", "volpathmis"]
+    assert [row.name for row in methods.methods_for(foggy)] == ["volpath", "volpathmis", *CHAINS]
 
 
 def test_subsurface_scattering_is_diffused_or_simulated(staged):
@@ -90,6 +93,23 @@ def test_wrappers_stay_around_another_method(staged):
     assert made["type"] == "sensorresponse"
     assert made["luminance_limit"] == planned["luminance_limit"]
     assert made["integrator"] == planned["integrator"] | {"type": "volpath"}
+
+
+def test_chains_go_around_the_wrappers(staged):
+    """Chains take their paths from all that the plan has; plain methods do without them."""
+    stage = staged("sensor_response\n2")
+    with ready(stage.translation):
+        made = stage.translated(methods.find("pssmlt-lux")).scene["integrator"]
+    assert made["type"] == "pssmlt" and made["mutation"] == "lux"
+    assert made["paths"]["type"] == "sensorresponse"
+    assert made["paths"]["integrator"]["type"] == "dispersivepath"
+    stage = staged("metropolisTransport\n1\nsensor_response\n2")
+    planned = methods.planned(stage.translation)
+    assert planned.name == "pssmlt"
+    with ready(stage.translation):
+        assert stage.translated(planned).scene == stage.translation.scene
+        plain = stage.translated(methods.find("path")).scene["integrator"]
+    assert plain["type"] == "sensorresponse" and plain["integrator"]["type"] == "path"
 
 
 def test_methods_that_do_not_change_the_scene_share_it(staged):
