@@ -57,7 +57,7 @@ def test_subsurface_scattering_is_diffused_or_simulated(staged):
     """What knows neither is no method; the others render what they need, whatever the plan."""
     dipoles = ["dipole", "dipole-directional", "dipole-normalized"]
     diffused, simulated = staged(objects=MILK), staged(objects=MILK + "BSSRDF\n0\n")
-    assert names(diffused) == ["simulation", *dipoles]
+    assert names(diffused) == ["simulation", *dipoles, *CHAINS]
     assert names(simulated)[:5] == ["volpath", "volpathmis", *dipoles]
     for stage in (diffused, simulated):
         for name in dipoles:
