@@ -277,8 +277,8 @@ def _walk(paths, film, offset, importance, index, half, count, seeds, steps, lar
         step += 1
 
     figures = n_large, sum_I, sum_Y, sum_YY, accepted_large, accepted_small, longest
-    worth = dr.select(I > 0, dr.rcp(I + c), 0)
-    left = f * (worth * weight * units[1]), f * (worth * weight_large * c * units[0])
+    worth = dr.select(I > 0, f / (I + c), 0)
+    left = worth * weight * units[1], worth * weight_large * c * units[0]
     return figures, left, (pixel * 3 + layer, pixel * 3)
 
 
