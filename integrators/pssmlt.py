@@ -54,8 +54,9 @@ has the same mean, and as :math:`B_1 \approx B_2` almost the error of :math:`(b'
 render is unbiased by itself, and renders may be averaged in any number.
 
 **Limits.** Paths that bootstrap and large steps miss are missing, for all the chains: the picture
-has the right mean over many renders, but one render can lack a caustic. Chains that stick to a very
-bright path show as bright pixels; `docs/metropolis.md` tells how many.
+has the right mean over many renders, but one render can lack a caustic. Where few seeds hold most
+of the light, single pixels may be below 0. Chains that stick to a very bright path show as bright
+pixels; `docs/metropolis.md` tells how many.
 
 .. code-block:: python
 
