@@ -150,6 +150,7 @@ def measured(cell):
     curve = racer.curve(reference)
     slope, half = curve.slope()
     last = np.array([pictures[-1].picture for pictures in racer.rounds])
+    R = reference.pixels.mean
     return {
         "material": cell[0],
         "light": cell[1],
@@ -159,7 +160,7 @@ def measured(cell):
         "errors": [[float(f"{e:.4g}") for e in np.diagonal(gram)] for gram in curve.gram],
         "slope": slope,
         "slope_plus_minus": half,
-        "tail": share_of_largest(measures.weight(reference) * (last - reference.pixels.mean) ** 2),
+        "tail": share_of_largest(measures.weight(R) * (last - R) ** 2),
     }
 
 
