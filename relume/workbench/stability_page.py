@@ -1,10 +1,13 @@
 """The figures of a stability report: a heat map for each method, and tables in Markdown."""
 
+import io
 import math
+
+from PIL import Image
 
 from relume.workbench.stability_verdict import FALSE_ALARMS, LIMIT, NEGLIGIBLE, POWER, WANTED
 
-ROW, LABEL, SQUARE = 0.22, 3.6, 0.55
+ROW, LABEL, SQUARE = 0.22, 4.1, 0.55
 """Height of a row, width of its label and of a square [inch]."""
 
 COLUMNS = 2
@@ -74,7 +77,9 @@ def heat_map(cells, path):
     for blocks, squares in zip(columns, widest, strict=True):
         _blocks(axes, blocks, x)
         x += LABEL + SQUARE * squares + 0.3
-    figure.savefig(path, pil_kwargs={"optimize": True})
+    drawn = io.BytesIO()
+    figure.savefig(drawn)
+    Image.open(drawn).convert("RGB").quantize(64).save(path, format="PNG", optimize=True)
 
 
 def _columns(methods):
@@ -123,7 +128,7 @@ def markdown(report, picture):
         "# Stability",
         "",
         f"Made by `{report['command']}` with Mitsuba {report['versions']['mitsuba']} and Dr.Jit"
-        f" {report['versions']['drjit']}; `make study-stability` makes it again.",
+        f" {report['versions']['drjit']}; `make study-stability` makes this page of all cells.",
         "",
         "Every method is rendered at the inputs where it may fail, in scenes whose mean radiance is"
         " known. A cell is *exact* where the error lies within its noise"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from relume.workbench.cells.lamps import BLACK
-from relume.workbench.cells.scenes import emission, numbers, plane, sphere, text
+from relume.workbench.cells.scenes import emission, numbers, plane, sphere, text, uvplane
 from relume.workbench.cells.sizes import WHITE_SKY
 from relume.workbench.stability_cells import Case, family
 
@@ -63,11 +63,11 @@ def phong_albedo(angle, n):
 
 
 def under_a_white_sky(attributes, angle):
-    """An infinite plane under a sky of radiance 1, seen at an angle from its normal, from +Z, which
-    is the x of Ward's frame."""
+    """A wide square under a sky of radiance 1, seen at an angle from its normal, from +Z, which is
+    the x of Ward's frame."""
     t = math.radians(angle)
     camera = (0, 3 * math.cos(t), 3 * math.sin(t))
-    floor = plane((0, 0, 0), (0, 1, 0), *attributes)
+    floor = uvplane((-10, 0, -10), (0, 0, 20), (20, 0, 0), *attributes)
     up = (0, 1, 0) if angle > 45 else (0, 0, -1)
     return text(floor, camera=camera, up=up, angle=0.01, BACKGROUND=WHITE_SKY)
 

@@ -1,5 +1,7 @@
 """Giant spheres as rooms and floors, infinite planes, and surfaces that coincide."""
 
+import math
+
 from relume.workbench.cells.scenes import (
     PATHS,
     box,
@@ -53,6 +55,15 @@ def room_of_planes_by_place(offset):
     here = (offset,) * 3
     camera = (offset, offset, offset + 0.5)
     return Case(text(*walls, camera=camera, target=here, angle=60), 2.0)
+
+
+@family("elevation of the camera [degree]", (45, 10, 1, 0.5, 0.1), "infinite planes")
+def plane_from_low_above(elevation):
+    """A plane of albedo 1/2 under a sky of radiance 1 has radiance 1/2 up to the horizon."""
+    e = math.radians(elevation)
+    floor = plane((0, 0, 0), (0, 1, 0), *diffuse(0.5))
+    camera = (0, 3 * math.sin(e), 3 * math.cos(e))
+    return Case(text(floor, camera=camera, angle=0.01, BACKGROUND=WHITE_SKY), 0.5)
 
 
 @family("gap between the surfaces [scene unit]", (0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2), *PATHS)
