@@ -148,7 +148,8 @@ def no_light_after_depth(case):
     brightest = max(max(block.emission) for block in document.objects)
 
     def short(document, planned):
-        return mi.load_dict({"type": "path", "max_depth": int(document.depth) + 1, "rr_depth": 10**6})
+        depth = int(document.depth) + 1
+        return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 10**6})
 
     return case.rendered(
         [(1 - 1 / brightest, as_it_is, short), (1 / brightest, as_it_is, as_planned)]
