@@ -4,10 +4,12 @@
 
 prints the tables of `docs/media.md`. All numbers are of picture means with their standard errors
 over eight runs; scenes of the folder that have a medium or subsurface scattering are rendered both
-ways, by the dipole and by simulation, at 160x120 with 16 samples a pixel.
+ways, by the dipole and by simulation, at 64x48 with 64 samples a pixel, or as many as `PATIENCE`
+allows.
 """
 
 import argparse
+import time
 from pathlib import Path
 
 import relume  # isort: skip  chooses LLVM before mitsuba loads
@@ -22,6 +24,12 @@ from translator.diagnostics import SceneError
 from translator.media import with_method
 
 RUNS = 8
+SAMPLES = 8
+"""Samples of a pixel in each of the runs by which scenes of a folder are rendered."""
+
+PATIENCE = 60
+"""No run of such a scene is begun after so much time [s]."""
+
 BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection reflection\n"
 SSS = BALL + "reflection Subsurface_Scattering\n"
 SKY = "BACKGROUND\n1 1 1\n"
@@ -89,7 +97,7 @@ def closed_forms():
     for a in (0.05, 0.2, (0, 0.1, 0.3)):
         text = view((0, 0, -2), (0, 0, -10)) + fog + coefficients(0, a, 0) + "\n" + WALL
         name = f"slab, absorption {a} over 8 units"
-        compare(name, text, 2**14, 2 * np.exp(-8 * np.broadcast_to(a, 3)))
+        compare(name, text, 2**11, 2 * np.exp(-8 * np.broadcast_to(a, 3)))
     for g in (0.0, 0.6, -0.5, 0.99):
         s, a, w = 0.06, 0.03, 1.0
         text = view((0, 0, 4), (0, 0, 0)) + fog + coefficients(s, a, g) + "\n" + BEAM
@@ -97,15 +105,15 @@ def closed_forms():
         along = 2 * np.sinh((s + a) * w) / (s + a)
         expected = s * phase * np.pi * 5 * np.exp(-7 * (s + a)) * along * np.ones(3)
         once = {"type": "volpath", "max_depth": 2}
-        compare(f"beam, scattered once, g = {g}", text, 2**13, expected, once)
+        compare(f"beam, scattered once, g = {g}", text, 2**10, expected, once)
     for g in (0, 0.9, 0.99, 1, -0.99, -1, (0.9, 0.85, 0.8)):
         text = view((0, 0, 3), (0, 0, 0)) + SKY + "DEPTH\n200\n" + fog
         text += coefficients((0.3, 0.2, 0.4), 0, g) + "\n" + BALL
-        compare(f"furnace, fog, g = {g}", text, 2**12, np.ones(3))
+        compare(f"furnace, fog, g = {g}", text, 2**9, np.ones(3))
     for eta in (1, 1.3, 2):
         text = view((0, 0, 9), (0.3, 0.2, 0)) + SKY + "DEPTH\n5000\n\n" + SSS
         text += f"BSSRDF\n0\nrefractive_index {eta}\n" + coefficients(5, 0, 0)
-        compare(f"furnace, simulated ball, eta = {eta}", text, 2**10, np.ones(3))
+        compare(f"furnace, simulated ball, eta = {eta}", text, 2**7, np.ones(3))
 
 
 def limits():
@@ -134,12 +142,23 @@ def limits():
         row(name, *cells, "yes" if finite else "NO")
 
 
+def patient(translation):
+    """The picture of a scene by at most `RUNS` runs, and the samples of a pixel that it took."""
+    total, runs, start = 0, 0, time.perf_counter()
+    with prepared(translation) as session:
+        while not runs or (runs < RUNS and time.perf_counter() - start < PATIENCE):
+            run = Session(session.scene, SAMPLES, runs, session.integrator)
+            list(run.run())
+            total, runs = total + run.image(), runs + 1
+    return total / runs, runs * SAMPLES
+
+
 def folder(path, assets):
     """Each scene of a folder with media or subsurface scattering, both ways."""
-    head("scene", "way", "integrator", "mean", "largest / median", "finite")
+    head("scene", "way", "integrator", "samples", "mean", "largest / median", "finite")
     for file in sorted(path.rglob("*.txt")):
         try:
-            document = resized(relume.read(file, {}), (160, 120), 16)
+            document = resized(relume.read(file, {}), (64, 48), SAMPLES)
         except SceneError:
             continue
         subsurface = any(block.reflection.subsurface for block in document.objects)
@@ -149,14 +168,15 @@ def folder(path, assets):
             try:
                 translation = translate(with_method(document, dipole), asset_path=assets)
             except SceneError as error:
-                row(file.stem, "", "", f"not read: {len(error.problems)} files missing", "", "")
+                row(file.stem, *3 * [""], f"not read: {len(error.problems)} files missing", "", "")
                 break
-            with prepared(translation) as session:
-                list(session.run())
-                picture = session.image()
+            way = "dipole" if translation.plan.integrator == "dipole" else "simulation"
+            if dipole and way != "dipole":
+                continue
+            picture, spp = patient(translation)
             ratio = picture.max() / max(np.median(picture), 1e-9)
             row(
-                file.stem, "dipole" if dipole else "simulation", translation.plan.integrator,
+                file.stem, way, translation.plan.integrator, spp,
                 triple(picture.mean(axis=(0, 1)), 3), f"{ratio:.0f}",
                 "yes" if np.isfinite(picture).all() else "NO",
             )  # fmt: skip
