@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
@@ -27,7 +28,9 @@ def check_file(path, dialect="manual", asset_path=(), environ=None):
     try:
         document, problems = translator.parse(read_lines(path), path, environ)
         reports = document.source.all
-        translation = translator.translate(document, dialect, asset_path)
+        # Of a document with errors, a camera that looks nowhere is told once, not again by numpy.
+        with np.errstate(all="ignore" if problems else None):
+            translation = translator.translate(document, dialect, asset_path)
         reports, status = translation.document.source.all, translation.status()
         plan = translation.plan.as_dict()
     except SceneError as error:

@@ -1,5 +1,7 @@
 """The report behind `relume check`."""
 
+import warnings
+
 import pytest
 
 from relume import checking
@@ -37,6 +39,13 @@ def test_errors_of_the_text_and_of_files_come_together(room):
     assert report["status"] == "error" and report["plan"] is None
 
 
+def test_a_camera_that_looks_nowhere_is_an_error_without_a_warning(room):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        report = checking.check_file(room(objects="CAMERA_DIR\n0 0 0\n"))
+    assert report["status"] == "error" and not caught
+
+
 def test_an_error_of_the_environment_has_no_line(room):
     report = checking.check_file(room(), environ={"SAMPLING": "many"})
     (error,) = report["errors"]
@@ -63,8 +72,7 @@ def test_the_plan_names_the_plugins_used(room):
 
 
 def test_unsupported_lines_make_the_file_unsupported(room):
-    report = checking.check_file(room("energyRedistributionPathTracing\n1"))
+    report = checking.check_file(room(objects="OBJECT\nsphere 0 0 0 1\nbackground 1\n"))
     assert report["status"] == "unsupported"
-    (first, second) = (l for l in report["lines"] if l["outcome"] == "unsupported")
-    assert first["keyword"] == second["keyword"] == "energyRedistributionPathTracing"
-    assert first["note"]
+    (line,) = (l for l in report["lines"] if l["outcome"] == "unsupported")
+    assert line["keyword"] == "background" and line["note"]
