@@ -42,7 +42,7 @@ def test_errors_of_the_text_and_of_files_come_together(room):
 def test_a_camera_that_looks_nowhere_is_an_error_without_a_warning(room):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        report = checking.check_file(room(objects="CAMERA_DIR\n0 0 0\n"))
+        report = checking.check_file(room("CAMERA_UPVEC\n0 0 0"))
     assert report["status"] == "error" and not caught
 
 
