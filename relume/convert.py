@@ -9,7 +9,7 @@ import numpy as np
 
 import translator
 from relume.application import for_mitsuba, read, usable_variant
-from relume.session import variant
+from relume.session import two_threads, variant
 from translator.media import AROUND, REFERENCE
 from translator.neutral import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 from translator.scene import OWN_PLUGINS
@@ -113,7 +113,8 @@ class _Files:
 
     def picture(self, picture, name):
         path, shown = self.path(f"{name}.exr")
-        mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
+        with two_threads():
+            mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
         return shown
 
     def copied(self, file):

@@ -94,6 +94,20 @@ def add_up(passes, accumulator, count, spp):
         yield Progress(len(accumulator.done), count, accumulator.spp, spp, seconds)
 
 
+@contextmanager
+def two_threads():
+    """Use two threads or more for the time of the block.
+
+    With one, Mitsuba 3.9 never finishes to read or write an EXR file: it waits for another.
+    """
+    before = dr.thread_count()
+    dr.set_thread_count(max(before, 2))
+    try:
+        yield
+    finally:
+        dr.set_thread_count(before)
+
+
 def samples_rays(integrator):
     """Whether an integrator has a `sample` that tells the radiance along a ray."""
     differentiating = isinstance(integrator, mi.CppADIntegrator)

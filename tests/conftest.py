@@ -14,9 +14,18 @@ import zlib
 import numpy as np
 import pytest
 
-import relume  # noqa: F401  first: it points Dr.Jit at a usable LLVM before mitsuba is imported
+import relume  # noqa: F401  isort: skip  first: it points Dr.Jit at a usable LLVM
+
+import drjit as dr
+
 from relume.workbench import statistics
 from relume.workbench.statistics import Level
+
+
+@pytest.fixture(autouse=True)
+def threads():
+    """Two threads or more, whatever a test leaves: with one, Mitsuba never finishes EXR files."""
+    dr.set_thread_count(max(dr.thread_count(), 2))
 
 
 def pytest_addoption(parser):

@@ -18,7 +18,7 @@ from relume import passes_file
 from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, reason, variant
+from relume.session import CannotRender, reason, two_threads, variant
 from relume.workbench import estimate_files, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
@@ -202,7 +202,7 @@ def load_picture(path):
     if estimate_files.holds_estimate(path):
         stored, _ = estimate_files.read(path)
         return stored.pixels.mean, stored
-    with variant("scalar_rgb"):
+    with variant("scalar_rgb"), two_threads():
         try:
             bitmap = mi.Bitmap(str(path)).convert(
                 mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False

@@ -25,7 +25,7 @@ import translator
 from relume.application import usable_variant
 from relume.output import check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, Session, reason, use_threads, variant
+from relume.session import CannotRender, Session, reason, two_threads, use_threads, variant
 from relume.workbench import stability_page as page
 from relume.workbench.comparison import versions
 from relume.workbench.methods import METHODS, Stage, find, planned
@@ -94,8 +94,9 @@ def measure(cell, seed=0):
 def _rendered_text(case, cell, seed, caught):
     document = translator.read_text(case.scene, cell.name, {})
     with tempfile.TemporaryDirectory() as folder:
-        for name, pixels in case.files.items():
-            mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
+        with two_threads():
+            for name, pixels in case.files.items():
+                mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
         translation = translator.translate(document, asset_path=(folder,))
         notes = [
             report.note

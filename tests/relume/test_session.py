@@ -257,3 +257,18 @@ def test_progress_counts_up_to_the_samples_asked_for(room, monkeypatch):
         steps = list(session.run())
     assert [(step.passes, step.spp) for step in steps] == [(1, 2), (2, 4), (3, 5)]
     assert {(step.all_passes, step.all_spp) for step in steps} == {(3, 5)}
+
+
+def test_pictures_on_one_thread(tmp_path):
+    """In a process of its own, since Mitsuba waits for ever where it goes wrong."""
+    code = """
+import relume, drjit as dr, numpy as np, mitsuba as mi
+from relume.session import two_threads
+from relume.workbench.comparing import load_picture
+dr.set_thread_count(1)
+with two_threads():
+    mi.Bitmap(np.full((5, 4, 3), 0.5, np.float32)).write("half.exr")
+assert load_picture("half.exr")[0].mean() == 0.5
+assert dr.thread_count() == 1
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=120)
