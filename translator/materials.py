@@ -1,5 +1,6 @@
 """From the attributes of an object to its BSDF (spec section 8)."""
 
+import math
 from dataclasses import dataclass
 
 from translator.diagnostics import Problem
@@ -202,6 +203,11 @@ UNUSED = {
 """Attributes with the kinds of surface that use them."""
 
 
+ENDLESS = math.sqrt(0.95)
+"""Albedo above which the noise of a closed room is without bound: of the paths a share of 0.05 ends
+at each bounce, so that the mean square of their weights grows by albedo² / 0.95."""
+
+
 def account(block):
     """Notes on attributes that the surface does not use, and on colours that gain energy."""
     kind = block.reflection.kind
@@ -222,3 +228,6 @@ def account(block):
         else:
             text = "above 1: not energy conserving, kept as written"
         block.source.remark(field, text)
+    if kind in (None, "diffuse", "specular") and ENDLESS < max(block.color) <= 1:
+        text = "nearly 1: in a room of such surfaces roulette leaves noise that hardly falls"
+        block.source.remark("color", text)

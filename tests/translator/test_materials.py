@@ -219,6 +219,20 @@ def test_colors_above_one_are_kept(bsdf):
 
 
 @pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("reflection diffuse\ncolor 0.98 0 0\n", True),
+        ("reflection specular\ncolor 0 0 1\n", True),
+        ("reflection specular\ncolor 0.97 0.97 0.97\n", False),
+        ("reflection reflection\ncolor 1 1 1\n", False),
+    ],
+)
+def test_albedo_for_which_roulette_leaves_noise(bsdf, lines, told):
+    """Of roulette's weights the variance is without bound above sqrt(0.95) = 0.975."""
+    assert ("roulette" in bsdf(lines)[1]["color"].note) == told
+
+
+@pytest.mark.parametrize(
     ("lines", "field"),
     [
         ("reflection diffuse\n", "specular"),
