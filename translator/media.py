@@ -49,6 +49,11 @@ class Medium:
         return np.add(self.sigma_s, self.sigma_a)
 
     @property
+    def reduced(self):
+        """Reduced extinction coefficients sigma_s (1 - g) + sigma_a, (3,)."""
+        return np.multiply(self.sigma_s, np.subtract(1, self.g)) + self.sigma_a
+
+    @property
     def exists(self):
         """Whether there is anything between the surfaces."""
         return self.sigma_t.mean() >= NONE
@@ -209,7 +214,7 @@ def search_radius(block, medium, dialect):
     channels, loses a tenth to a half of the light that its own table says is reflected. So it
     limits what a file sets `MATERIAL_R_MAX` for, and all objects in the dialect `prender`.
     """
-    reduced = np.multiply(medium.sigma_s, np.subtract(1, medium.g)) + medium.sigma_a
+    reduced = medium.reduced
     asked = "material_r_max" in block.source.reports or dialect == "prender"
     if not asked or reduced.min() <= 0:
         return 0.0

@@ -52,9 +52,14 @@ def face(block, matrix):
     return block, geometry.point(matrix, middle), n
 
 
+def offset(points):
+    """How far off a surface rays start at the outermost of points (N, 3) [scene unit]."""
+    return RAY_OFFSET * (1 + float(np.max(np.abs(points))))
+
+
 def told(block, thickness, p):
     """Note that glass of a thickness at the point `p` is too thin, if it is."""
-    least = RAY_OFFSET * (1 + float(np.max(np.abs(p))))
+    least = offset(p)
     if thickness < least:
         text = f"single precision: glass {thickness:.2g} thick, rays miss what is nearer than"
         block.source.remark("", f"{text} {least:.2g}")

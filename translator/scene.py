@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from translator import (
     account,
     camera,
+    dense,
     domes,
     lights,
     materials,
@@ -119,7 +120,9 @@ def translate(document, dialect="manual", asset_path=()):
     if objects.around is not None:
         scene = {"type": "scene", media.AROUND: objects.around.entry()} | scene
         scene["sensor"]["medium"] = media.REFERENCE
-        entries[media.BOUNDARY] = media.boundary(objects.shapes.fog_ball(), document)
+        ball = objects.shapes.fog_ball()
+        entries[media.BOUNDARY] = media.boundary(ball, document)
+        dense.walks(document, document.source, "participating_media", objects.around, ball.radius)
     scene |= entries
     made = plan.plan(document, scene, OWN_PLUGINS, dispersive, reason)
     return Translation(document, scene, made)
@@ -229,7 +232,7 @@ class _Objects:
             return False
         return True
 
-    def fill(self, entry, block, tints):
+    def fill(self, entry, block, tints, matrix):
         """The BSDF of an object with subsurface scattering; a simulated one is filled (10.2)."""
         medium, index = media.inside(block)
         tints = Tints(at_most_one(tints.color), at_most_one(tints.specular))
@@ -245,7 +248,16 @@ class _Objects:
         if medium.exists:
             entry["interior"] = medium.entry()
             self.media.append(medium)
+            if (points := self.points(entry, block, matrix)) is not None:
+                dense.entered(block, medium, points)
+                radius = dense.least_half(points)
+                dense.walks(self.document, block.source, "", medium, radius)
         return materials.boundary(block, tints, index)
+
+    def points(self, entry, block, matrix):
+        """Points that tell where a finite shape is, (N, 3), or None."""
+        mesh = entry.get("mesh")
+        return surfaces.bounds(block.shape, matrix, self.dialect) if mesh is None else mesh.vertices
 
     def part(self, part, matrix):
         """The dictionary of a part of a mesh object."""
@@ -267,7 +279,7 @@ class _Objects:
     def surface(self, entry, block, tints, matrix, opacity=None, bump=None):
         """A shape's dictionary with its BSDF and emitter."""
         if block.reflection.subsurface:
-            bsdf = self.fill(entry, block, tints)
+            bsdf = self.fill(entry, block, tints, matrix)
         else:
             bsdf = materials.bsdf(block, tints, self.dialect)
         if self.around is not None and block.reflection.lets_pass:

@@ -39,7 +39,7 @@ RUNS = 16
 MOST_RUNS = 256
 """Runs of a cell after which none is added."""
 
-LIMITS = ("single precision", "below the horizon", "roulette leaves noise")
+LIMITS = ("single precision", "below the horizon", "roulette leaves noise", "roulette ends")
 """Words of notes on translated lines that tell of a limit of the renderer."""
 
 

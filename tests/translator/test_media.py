@@ -306,6 +306,42 @@ def test_single_scattering_of_a_beam(view, load, chance, level, g):
 
 
 @pytest.mark.false_alarms(1e-3)
+def test_a_spot_lamp_in_fog(view, measure, agrees):
+    """Light falls 5 units down from the lamp and comes 2 back to the camera through absorption a:
+    L = rho emission / 5^2 exp(-7 a), as light falls in along the normal."""
+    a = np.array((0.02, 0.05, 0.1))
+    floor = "OBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+    lamp = "OBJECT\nsphere 0 5 0 0.2\nemission 50 50 50\ncolor 0 0 0\nspot_light 1\n"
+    text = view((0, 2, 1e-3), (0, 0, 0)) + fog((0, 0, 0), a) + "\n" + floor + lamp
+    agrees(measure(text, spp=2048), np.exp(-7 * a))
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("z", [5, -5])
+def test_a_lamp_with_two_sides_in_fog(view, measure, agrees, z):
+    """From either side: L exp(-5 a)."""
+    a = np.array((0.02, 0.05, 0.1))
+    lamp = "OBJECT\nplane 0 0 0\nnormal 0 0 1\nemission 2 2 2\ncolor 0 0 0\n"
+    text = view((0, 0, z), (0, 0, 0)) + fog((0, 0, 0), a) + "\n" + lamp
+    assert "twosidedarea" in translate(read_text(text, environ={})).plan.plugins
+    agrees(measure(text, spp=1024), 2 * np.exp(-5 * a))
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_a_dome_in_fog(view, measure, agrees, write_picture):
+    """Its light crosses the ball of fog around the camera, here from its end at distance t:
+    L exp(-t a)."""
+    a = np.array((0.02, 0.05, 0.1))
+    write_picture("sky.png", np.full((8, 16, 3), 255))
+    dome = "OBJECT\nsphere 0 0 0 100\ncolor 0 0 0\nibl_texture sky.png\nnormal -1\n\n"
+    text = view((0, 0, 4), (0, 3, 4), up=(0, 0, 1)) + fog((0, 0, 0), a) + "\n" + dome + BALL
+    ball = scene(text.replace(dome, ""))["medium_boundary"]
+    origin = np.array((0, 0, 4)) - ball["center"]
+    t = -origin[1] + np.sqrt(origin[1] ** 2 - origin @ origin + ball["radius"] ** 2)
+    agrees(measure(text, spp=1024), np.exp(-t * a))
+
+
+@pytest.mark.false_alarms(1e-3)
 def test_a_session_knows_the_medium(view, load, chance, level):
     """Around the camera: its pictures are those of Mitsuba's own rendering."""
     text = view((0, 0, -2), (0, 0, -10)) + fog((0.02,) * 3, (0.1,) * 3) + "\n" + WALL

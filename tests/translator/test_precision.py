@@ -10,11 +10,11 @@ GLASS = "color 1 1 1\nreflection reflection\n\n"
 
 
 def notes(objects):
-    """Notes on single precision of a scene about the origin, of size 10."""
+    """Notes on thin glass of a scene about the origin, of size 10."""
     ball = "OBJECT\nsphere 0 0 0 5\ncolor 1 1 1\nreflection diffuse\n\n"
     head = "CAMERA_POS\n0 0 4\nTARGET_POS\n0 0 0\nCAMERA_UPVEC\n0 1 0\n\n"
     document = translate(read_text(head + ball + objects, environ={})).document
-    return [r.note for r in document.source.all if "single precision" in r.note]
+    return [r.note for r in document.source.all if "rays miss" in r.note]
 
 
 def sheet(gap, shift=0.0):

@@ -10,6 +10,7 @@ from relume.workbench.cells import (
     sizes,
     surroundings,
     translucency,
+    volumes,
     walks,
 )
 
@@ -23,5 +24,6 @@ __all__ = [
     "sizes",
     "surroundings",
     "translucency",
+    "volumes",
     "walks",
 ]
