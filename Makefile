@@ -106,6 +106,7 @@ study-scaling: setup
 .PHONY: study-metropolis
 study-metropolis: setup
 	$(BIN)/python tests/integrators/study_metropolis.py '$(CORPUS)'
+	$(BIN)/python tests/integrators/study_metropolis_agreement.py '$(CORPUS)'
 
 clean:
 	rm -rf $(VENV) out build *.egg-info

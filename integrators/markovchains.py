@@ -21,6 +21,7 @@ dimension, computed when the path asks for them, and again when an accepted path
 to it does not matter. Weights are bounded, and the unit is chosen so that no sum can overflow.
 """
 
+import math
 from dataclasses import dataclass
 
 import drjit as dr
@@ -80,9 +81,7 @@ def seeds_of(paths, index, half, count, seed):
 
 def on_film(position, dimension, otherwise):
     """The number of a dimension of a path whose position on the film is given."""
-    return dr.select(
-        dimension < 2, dr.select(dimension == 0, position.x, position.y), otherwise
-    )
+    return dr.select(dimension < 2, dr.select(dimension == 0, position.x, position.y), otherwise)
 
 
 def uniform_samples(paths, count, seed):
@@ -118,6 +117,7 @@ class Walk:
         s1, s2: sizes of the mutation.
         share: c >= 0 of the weights w1 = c / (c + I) of uniform samples and w2 = I / (c + I) of
             chains, in units of I.
+        caps: of each half of the chains, above which the I of large steps do not count in `target`.
     """
 
     steps: int
@@ -126,6 +126,7 @@ class Walk:
     s1: float
     s2: float
     share: float = 0.0
+    caps: tuple = (math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,8 @@ class Walked:
         film: (LAYERS, pixels, 3) float64: sums of w1 f over large steps, and for each half of the
             chains the sums of w2 f / I over all states.
         large: (chains,) number of large steps.
-        target, luminance, squared: (chains,) sums over large steps of I, luminance Y and Y².
+        target, luminance, squared: (chains,) sums over large steps of I, at most the cap each, of
+            luminance Y and of Y².
         accepted_large, accepted_small: (chains,) counts of accepted steps.
         longest: (chains,) longest run of rejections.
     """
@@ -178,6 +180,7 @@ def walk_chains(paths, importance, index, half, count, seeds, walk):
         "steps": dr.opaque(mi.UInt32, walk.steps),
         "large": dr.opaque(mi.Float, walk.large),
         "share": dr.opaque(mi.Float, walk.share),
+        "caps": [dr.opaque(mi.Float, float(cap)) for cap in walk.caps],
         "units": [dr.opaque(mi.Float, float(unit)) for unit in units],
     }
     offset, s1, s2 = MUTATIONS[walk.mutation][0], walk.s1, walk.s2
@@ -199,11 +202,14 @@ def added(mask, value):
 
 
 @dr.syntax
-def _walk(paths, film, offset, importance, index, half, count, seeds, steps, large, share, units):
+def _walk(
+    paths, film, offset, importance, index, half, count, seeds, steps, large, share, caps, units
+):
     chain = key(dr.arange(mi.UInt32, dr.width(index)), seeds[1])
     own, position = seeds_of(paths, index, half, count, seeds[0])
     p_large, c = large, share
     layer = (half + 1) * (paths.count * 3)
+    cap = dr.select(half == 0, caps[0], caps[1])
 
     u = dr.alloc_local(mi.Float, STORED)
     drawn = mi.UInt32(0)
@@ -267,7 +273,7 @@ def _walk(paths, film, offset, importance, index, half, count, seeds, steps, lar
 
         counted = is_large & ~first
         n_large += added(counted, mi.UInt32(1))
-        sum_I += added(counted, I_new)
+        sum_I += added(counted, dr.minimum(I_new, cap))
         sum_Y += added(counted, Y)
         sum_YY += added(counted, Y * Y)
         accepted_large += added(counted & accept, mi.UInt32(1))

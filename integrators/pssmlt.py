@@ -45,18 +45,25 @@ resampled from the bootstrap with probability in proportion to I. Then
 :math:`E[b_h B_h] = \int w_2 f` exactly, after any number of steps, for the mean :math:`b_h` of I
 over that very bootstrap: each bootstrap sample x adds :math:`I(x)\,g(x)/n`, where g(x) is what a
 chain from x finds, and x is uniform; by stationarity :math:`\int I g = \int w_2 f`. A better
-estimate :math:`b'_h`, the mean over bootstrap and large steps, is not independent of :math:`B_h`;
-but it is of :math:`B_{3-h}`, and :math:`E[b'_h - b_h] = 0`, so
+estimate, the mean over bootstrap and large steps, is not independent of :math:`B_h`, but it is of
+:math:`B_{3-h}`. So a difference that has mean 0 is added: that of the mean :math:`t'_h` of
+:math:`\min(I, T_h)` over bootstrap and large steps to the mean :math:`t_h` over the bootstrap.
 
-.. math:: \tfrac12 \sum_h b_h B_h + (b'_h - b_h)\, B_{3-h}
+.. math:: \tfrac12 \sum_h b_h B_h + (t'_h - t_h)\, B_{3-h}
 
-has the same mean, and as :math:`B_1 \approx B_2` almost the error of :math:`(b'_1 + b'_2)/2`. Every
-render is unbiased by itself, and renders may be averaged in any number.
+has the mean of the first term, and as :math:`B_1 \approx B_2` almost the error that the better
+estimate of b would give. Every render is unbiased by itself, and renders may be averaged in any
+number.
+
+Without the cap :math:`T_h`, pixels would be below 0 where the bootstrap of half h finds a path that
+outshines all that the other found, for the factor of :math:`B_{3-h}` is
+:math:`b_{3-h} + t'_h - t_h`. :math:`T_h = n\, b_{3-h} / 16`, n the samples of a bootstrap, knows
+nothing of half h, so that the mean stays 0, and lets no single sample take more than a sixteenth of
+that factor. It binds where a bootstrap has less than some 16 effective seeds.
 
 **Limits.** Paths that bootstrap and large steps miss are missing, for all the chains: the picture
-has the right mean over many renders, but one render can lack a caustic. Where few seeds hold most
-of the light, single pixels may be below 0. Chains that stick to a very bright path show as bright
-pixels; `docs/metropolis.md` tells how many.
+has the right mean over many renders, but one render can lack a caustic. Chains that stick to a very
+bright path show as bright pixels; `docs/metropolis.md` tells how many.
 
 .. code-block:: python
 
@@ -75,6 +82,9 @@ SHORTEST = 64
 
 CALM = 12.0
 """Below this mean square of I over b², plain sampling is left to do the work."""
+
+SURE = 16
+"""A sample corrects b by no more than b over this, so that 4 standard deviations stay above 0."""
 
 
 def define():
@@ -108,7 +118,9 @@ def define():
 
             index = [resampled(half, chains // 2, rng.random()) for half in I]
             which = np.repeat([0, 1], chains // 2)
-            walk = Walk(steps, self.p_large, self.mutation, self.s1, self.s2, c)
+            b = I.mean(1)
+            caps = count * b[::-1] / SURE
+            walk = Walk(steps, self.p_large, self.mutation, self.s1, self.s2, c, tuple(caps))
             importance = pilot.importance
             walked = walk_chains(
                 paths, importance, np.concatenate(index), which, count, seeds, walk
@@ -121,10 +133,10 @@ def define():
             n_u = I.size + walked.large.sum()
             uniform = samples.film(c / (c + I.ravel()), paths.pixels) + walked.film[0]
             B = walked.film[1:] * (paths.pixels / (n_c / 2))
-            b = I.mean(1)
             large, target = (x.reshape(2, -1).sum(1) for x in (walked.large, walked.target))
-            better = (I.sum(1) + target) / (count + large)
-            chained = sum(b[h] * B[h] + (better[h] - b[h]) * B[1 - h] for h in (0, 1)) / 2
+            capped = np.minimum(I, caps[:, None]).sum(1)
+            correction = (capped + target) / (count + large) - capped / count
+            chained = sum((b[h] + correction[1 - h]) * B[h] for h in (0, 1)) / 2
             return uniform * (paths.pixels / n_u) + chained
 
         def to_string(self):

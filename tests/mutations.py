@@ -38,6 +38,7 @@ GLASS, DISPERSION = "bsdfs/test_schlickglass.py", "bsdfs/test_dispersion.py"
 SPOT, BEAM = "emitters/test_falloffspot.py", "emitters/test_parallelbeam.py"
 AREA, DOME = "emitters/test_twosidedarea.py", "emitters/test_ibldome.py"
 DISPERSIVE, DIPOLE = "integrators/test_dispersivepath.py", "integrators/test_dipole.py"
+METROPOLIS = "integrators/test_metropolis.py"
 SESSION, MATERIALS = "relume/test_session.py", "translator/test_materials.py"
 LIGHTS, GOLDENS = "translator/test_lights.py", "translator/test_goldens.py"
 STATISTICS = "relume/workbench/test_statistics.py"
@@ -60,6 +61,9 @@ dome_maps = of("emitters/domemaps.py", f"{DOME}::test_sampling_density")
 dispersive_path = of(
     "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
 )
+chains = of("integrators/markovchains.py", f"{METROPOLIS}::test_constant_radiance")
+mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
+redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
 response = of("integrators/sensorresponse.py", "integrators/test_sensorresponse.py")
 camera = of("sensors/screencamera.py", "sensors/test_screencamera.py")
 session = of("relume/session.py", f"{SESSION}::test_a_sky_alone_is_exact")
@@ -393,6 +397,28 @@ MUTATIONS = [
         "mi.Float(1.02 * wavelengths), 1)",
         f"{DISPERSIVE}::test_white_furnace",
     ),
+    chains(
+        "acceptance of chains 2 % too high",
+        "dr.minimum(1, I_new / I), 1)",
+        "dr.minimum(1, 1.02 * I_new / I), 1)",
+        f"{METROPOLIS}::test_chains_visit_by_density",
+    ),
+    chains(
+        "states of chains 2 % too bright",
+        "weight, weight_new) * units[1]",
+        "weight, weight_new) * 1.02 * units[1]",
+    ),
+    chains(
+        "large steps 2 % too bright",
+        "large_new) * c * units[0]",
+        "large_new) * c * 1.02 * units[0]",
+    ),
+    chains(
+        "proposals 2 % too dark", "weight_new, large_new = a,", "weight_new, large_new = 0.98 * a,"
+    ),
+    mlt("b 2 % too high", "b = I.mean(1)", "b = 1.02 * I.mean(1)"),
+    mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),
+    redistribution("energy of the seeds 2 % too high", "(I.mean() *", "(1.02 * I.mean() *"),
     response(
         "limit of the luminance 2 % too high",
         "self.luminance_limit / dr",

@@ -29,7 +29,7 @@ from relume.session import CannotRender, Session, reason, two_threads, use_threa
 from relume.workbench import stability_page as page
 from relume.workbench.comparison import versions
 from relume.workbench.methods import METHODS, Stage, find, planned
-from relume.workbench.stability_cells import all_cells
+from relume.workbench.stability_cells import Case, all_cells
 from relume.workbench.stability_verdict import WANTED, Measurement, Tally
 from translator.diagnostics import SceneError
 
@@ -80,7 +80,8 @@ def measure(cell, seed=0):
     Returns:
         `stability_verdict.Measurement`.
     """
-    case = cell.family.make(cell.value)
+    with variant(Case.variant):
+        case = cell.family.make(cell.value)
     render = _rendered_text if isinstance(case.scene, str) else _rendered_dictionary
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

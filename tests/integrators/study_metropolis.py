@@ -26,6 +26,7 @@ import matplotlib.pyplot as plt
 
 HERE = Path(__file__).parents[2] / "docs" / "metropolis"
 OCCLUDED = "CornellBoxMLT_遮蔽あり.txt"
+FILES = {"caustic": "caustic.txt", "door ajar": "door.txt"}
 SIZE = (160, 120)
 RUNS, PASSES, SPP = 4, 3, 20
 DEPTH = {"max_depth": 9, "rr_depth": 5}
@@ -38,21 +39,22 @@ METHODS = {
 }
 
 
-def scenes(corpus):
+def scenes(corpus, size=SIZE):
     """Mitsuba scenes by title."""
-    found = {"caustic": of_file(HERE / "caustic.txt"), "door ajar": of_file(HERE / "door.txt")}
+    found = {t: of_file(HERE / f, size) for t, f in FILES.items()}
     d = mi.cornell_box()
-    d["sensor"]["film"] |= {"width": 128, "height": 128, "rfilter": {"type": "box"}}
+    side = size[0] * 4 // 5
+    d["sensor"]["film"] |= {"width": side, "height": side, "rfilter": {"type": "box"}}
     found["Cornell box"] = mi.load_dict(d)
     if corpus and (Path(corpus) / OCCLUDED).is_file():
-        found["occluded room"] = of_file(Path(corpus) / OCCLUDED)
+        found["occluded room"] = of_file(Path(corpus) / OCCLUDED, size)
     return found
 
 
-def of_file(path):
+def of_file(path, size):
     document = relume.read(path, {})
     scene = translator.translate(document).dictionary()
-    scene["sensor"]["film"] |= {"width": SIZE[0], "height": SIZE[1]}
+    scene["sensor"]["film"] |= {"width": size[0], "height": size[1]}
     return mi.load_dict(scene)
 
 

@@ -7,7 +7,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from integrators.primarysamples import MUTATIONS, moved
+from integrators.markovchains import Walk, uniform_samples, walk_chains
+from integrators.metropolis import resampled
+from integrators.primarysamples import MUTATIONS, Paths, moved
 from registration import on_every_variant
 
 METHODS = {
@@ -45,6 +47,11 @@ def nothing(width, height):
     return mi.load_dict({"type": "scene", "sensor": sensor, "sky": {"type": "constant"}})
 
 
+def steps_at(x, y, where):
+    """A density with edges over [-1, 1]², 1/10 to 4."""
+    return where(x + y < 0.5, where(x * y > 0, 4.0, 1.0), 0.1) + 0.25 * x * x
+
+
 def define():
     class Fold(mi.SamplingIntegrator):
         """Radiance 3 v (1 + s) where u + v < 1 + x, else 0, for two numbers u, v drawn.
@@ -65,7 +72,22 @@ def define():
             L = dr.select(u + v < 1 + ray.o.x, 3 * v * (1 + s), 0)
             return mi.Spectrum(L), mi.Bool(True), []
 
+    class Steps(mi.SamplingIntegrator):
+        """Radiance `steps_at` of the position on the film."""
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            return mi.Spectrum(steps_at(ray.o.x, ray.o.y, dr.select)), mi.Bool(True), []
+
+    class Rare(mi.SamplingIntegrator):
+        """Radiance 2048 for one in 2048 paths, else 0; 1 on average."""
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            found = sampler.next_1d() < 1 / 2048
+            return mi.Spectrum(dr.select(found, mi.Float(2048), 0)), mi.Bool(True), []
+
     mi.register_integrator("fold", Fold)
+    mi.register_integrator("steps", Steps)
+    mi.register_integrator("rare", Rare)
 
 
 on_every_variant(define)
@@ -111,6 +133,58 @@ def test_known_density(method, chance, level):
     columns = level(pictures[..., 0].mean(1))
     assert np.all(np.sqrt(columns.variance[:3]) < 0.06 * fold_columns()[:3])
     chance.equal(columns, fold_columns())
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("large", [0.0, 0.3])
+def test_chains_visit_by_density(large, chance):
+    """A density in two dimensions, over the film, is met by how often chains visit 8 x 8 cells.
+
+    Visits of a chain depend on each other, runs do not: Hotelling's T² of the cells over runs,
+    with their covariance between runs, is the chi-square test for such counts. As t / (t + R - 1)
+    it has the beta distribution of parameters k/2 and (R - k)/2 for k cells and R runs.
+    """
+    scene = nothing(8, 8)
+    paths = Paths(scene, scene.sensors()[0], mi.load_dict({"type": "steps"}))
+    R, k, chains = 256, 64, 512
+    walk = Walk(chance.samples(64), large, "kelemen", 1 / 64, 1 / 4)
+    which = np.repeat([0, 1], chains // 2)
+    visits = []
+    for _ in range(R):
+        seed, rng = chance.seed(), chance.rng()
+        I = uniform_samples(paths, 2048, seed).luminance.reshape(2, -1)
+        index = np.concatenate([resampled(half, chains // 2, rng.random()) for half in I])
+        found = walk_chains(paths, np.ones(k), index, which, 2048, (seed, chance.seed()), walk)
+        share = found.film[1:, :, 0] * (2 / (chains * walk.steps))
+        visits.append((I.mean(1)[:, None] * share).mean(0))
+    t = 1 - 2 * (np.arange(800) + 0.5) / 800
+    cells = steps_at(t[None, :], t[:, None], np.where).reshape(8, 100, 8, 100)
+    off = np.mean(visits, 0) - cells.mean((1, 3)).ravel() / k
+    T2 = R * off @ np.linalg.solve(np.cov(np.array(visits).T), off)
+    x = (np.arange(100000) + 0.5) / 100000
+    beta = x ** (k / 2 - 1) * (1 - x) ** ((R - k) / 2 - 1)
+    chance.judge(beta[x >= T2 / (T2 + R - 1)].sum() / beta.sum(), f"T² = {T2:.1f}")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_constant_radiance(method):
+    """Where all paths are worth the same, weights and b leave no noise: the mean is exact."""
+    picture = mi.render(
+        nothing(4, 4), integrator=integrator(method, paths={"type": "path"}), spp=64
+    )
+    assert np.mean(np.array(picture)) == pytest.approx(1, rel=1e-5)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_few_seeds_leave_no_negative_pixels(chance, level):
+    """Each half of the bootstrap finds one path on average, often none, and the mean is right.
+
+    Pixels would be below 0 in a third of the renders, did all of a bright path correct b.
+    """
+    walk = integrator("kelemen", paths={"type": "rare"}, bootstrap=1.0)
+    pictures = chance.runs(nothing(4, 4), 64, runs=400, integrator=walk)
+    assert np.all(pictures >= 0)
+    chance.equal(level(pictures.mean((1, 2, 3))), 1.0, precision=0.05)
 
 
 @pytest.mark.false_alarms(1e-3)
