@@ -172,9 +172,9 @@ def walk_chains(paths, importance, index, half, count, seeds, walk):
     units = [2.0 ** np.floor(np.log2(LIMIT / (bound * x))) for x in (walk.share or 1, 1)]
     film = dr.zeros(mi.Int64, LAYERS * paths.pixels * 3)
     inputs = {
-        "importance": mi.Float(importance),
-        "index": mi.UInt32(index.astype(np.uint32)),
-        "half": mi.UInt32(half.astype(np.uint32)),
+        "importance": mi.Float(aligned(importance, np.float32)),
+        "index": mi.UInt32(aligned(index, np.uint32)),
+        "half": mi.UInt32(aligned(half, np.uint32)),
         "count": dr.opaque(mi.UInt32, count),
         "seeds": [dr.opaque(mi.UInt32, seed) for seed in seeds],
         "steps": dr.opaque(mi.UInt32, walk.steps),
@@ -194,6 +194,19 @@ def walk_chains(paths, importance, index, half, count, seeds, walk):
     sums = film.numpy().astype(float).reshape(LAYERS, paths.pixels, 3)
     sums /= np.array([units[0], units[1], units[1]])[:, None, None]
     return Walked(sums, *(values.numpy().astype(float) for values in found))
+
+
+def aligned(values, dtype):
+    """A copy of an array (n,) at a multiple of 64 bytes.
+
+    Dr.Jit takes arrays where they lie, and compiles other kernels for those that lie elsewhere.
+    """
+    size = len(values) * np.dtype(dtype).itemsize
+    memory = np.empty(size + 64, np.uint8)
+    start = -memory.ctypes.data % 64
+    copy = memory[start : start + size].view(dtype)
+    copy[:] = values
+    return copy
 
 
 def added(mask, value):
