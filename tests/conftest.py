@@ -23,8 +23,12 @@ from relume.workbench.statistics import Level
 
 
 @pytest.fixture(autouse=True)
-def threads():
-    """Two threads or more, whatever a test leaves: with one, Mitsuba never finishes EXR files."""
+def threads(monkeypatch):
+    """Two threads or more, whatever a test leaves: with one, Mitsuba never finishes EXR files.
+
+    Local clusters of dask leave OMP_NUM_THREADS, which scene files obey, in the environment.
+    """
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     dr.set_thread_count(max(dr.thread_count(), 2))
 
 
