@@ -418,6 +418,12 @@ MUTATIONS = [
     ),
     mlt("b 2 % too high", "b = I.mean(1)", "b = 1.02 * I.mean(1)"),
     mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),
+    mlt(
+        "bright paths correct b in full",
+        "SURE = 16",
+        "SURE = 1e-9",
+        f"{METROPOLIS}::test_few_seeds_leave_no_negative_pixels",
+    ),
     redistribution("energy of the seeds 2 % too high", "(I.mean() *", "(1.02 * I.mean() *"),
     response(
         "limit of the luminance 2 % too high",
