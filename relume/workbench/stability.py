@@ -148,10 +148,13 @@ def _measured(scene, integrator, case, seed, said):
                 pass
             tally.add(session.image())
         notes, caught = said
+        told = [*notes, *(str(warning.message) for warning in caught)]
+        if mi.is_spectral and tally.negative:
+            told.append("colours that RGB cannot hold")  # as `relume render` says of its picture
         found = tally.measurement(
             samples=len(tally.means) * case.spp * session.width * session.height,
             seconds=time.perf_counter() - start,
-            said="; ".join([*notes, *(str(warning.message) for warning in caught)]),
+            said="; ".join(told),
         )
         if found.sees <= WANTED or wanted == MOST_RUNS or found.not_finite:
             return found
