@@ -8,6 +8,7 @@ a fixed order, never scattered into the film. Passes are added up exactly (see `
 
 import os
 import time
+import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -52,14 +53,21 @@ def variant(name):
     """
     before = mi.variant()
     try:
-        mi.set_variant(name)
+        _set_variant(name)
     except ImportError as error:
         raise CannotRender(f"{name} does not work here: {reason(error)}") from None
     try:
         yield
     finally:
         if before and before != name:
-            mi.set_variant(before)
+            _set_variant(before)
+
+
+def _set_variant(name):
+    """Set a variant; at each change Mitsuba compiles its own integrators anew and warns of it."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
+        mi.set_variant(name)
 
 
 def available_cores():
