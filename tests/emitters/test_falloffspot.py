@@ -263,6 +263,6 @@ def test_spectral_variant_gives_the_same_colours(measure, chance):
         light = spot(position=[0, 3, 0.3], intensity={"type": "rgb", "value": [0.9, 0.6, 0.3]})
         for integrator in ("path", "ptracer"):
             scene = mi.load_dict(box_scene({"type": integrator, "max_depth": 2}, light))
-            means.append(measure(scene, spp=512, runs=16))
+            means.append(measure(scene, spp=512, runs=32))
     for other in means[1:]:
         chance.equal(other, means[0], allowed=5e-3, precision=4e-3, of=3)
