@@ -62,7 +62,7 @@ study-charts: setup
 study-compare: setup
 	$(STUDY_CORPUS) compare '$(CORPUS)' --asset-path '$(ASSETS)'
 
-# Two hours on two cores, and half an hour.
+# Hours: each test by chance is rerun 200 times.
 study-honesty: setup
 	$(BIN)/python tests/study_false_alarms.py
 	$(BIN)/python tests/study_false_alarms.py --compare

@@ -1,4 +1,4 @@
-"""The command line: `relume check | render | merge | compare | stability | convert | doctor`."""
+"""The command line: `relume check | render | merge | convert`, the workbench, and `doctor`."""
 
 import functools
 import json

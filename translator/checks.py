@@ -4,6 +4,7 @@ import math
 
 from translator.diagnostics import Problem
 from translator.document import MAX_PIXELS, MAX_SAMPLES
+from translator.plan import metropolis, samples, samples_reason
 from translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
 
 NARROWEST, WIDEST = 1e-3, 179.9
@@ -40,10 +41,10 @@ def _picture(document, problems):
     if width * height > MAX_PIXELS:
         message = f"IMAGE of {width} x {height} pixels, expected at most {MAX_PIXELS} in all"
         _problem(problems, document.source, "image", message, "range")
-    samples = document.sampling * document.supersampling**2
-    if samples > MAX_SAMPLES:
-        message = f"{samples} samples a pixel (SAMPLING x SUPERSAMPLING²), expected at most 2^40"
-        _problem(problems, document.source, "sampling", message, "range")
+    if samples(document) > MAX_SAMPLES:
+        message = f"{samples_reason(document)}: expected at most 2^40 samples a pixel"
+        field = "mutation" if metropolis(document) else "sampling"
+        _problem(problems, document.source, field, message, "range")
 
 
 def _camera(document, problems):

@@ -22,6 +22,7 @@ from relume.session import CannotRender, reason, two_threads, variant
 from relume.workbench import estimate_files, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
+from translator.plan import samples
 
 RUNS = 32
 FEWEST_RUNS = 8
@@ -119,7 +120,7 @@ def compare(
         size = of_picture
     document = read(scene)
     if spp is None:
-        spp = document.sampling * document.supersampling**2
+        spp = samples(document)
     each = -(-spp // runs)
     # Translated for all samples: what depends on their number must be that of one long render.
     document = resized(document, size, each * runs)

@@ -24,6 +24,7 @@ def problem(text):
     [
         ("IMAGE\n16000 16000\n", 2, "range", "IMAGE of 16000 x 16000 pixels"),
         ("SAMPLING\n2^30\nSUPERSAMPLING\n2^6\n", 2, "range", "samples a pixel"),
+        ("metropolisTransport\n1\nmutation\n1e20\n", 4, "range", "mutations a pixel: expected"),
         ("CAMERA_DIR\n0 0 0\n", 2, "value", "CAMERA_DIR 0 0 0"),
         ("CAMERA_DIR\n0 0 1e-200\n", 2, "value", "no direction"),
         ("CAMERA_POS\n1 2 3\nTARGET_POS\n1 2 3\n", 4, "value", "TARGET_POS equal to CAMERA_POS"),

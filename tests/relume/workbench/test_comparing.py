@@ -128,6 +128,13 @@ def test_the_other_integrator_gets_what_the_plan_wraps_around_the_planned(room, 
     assert [side.name for side in found.sides] == ["path", "volpath"]
 
 
+def test_the_mutations_of_a_scene_are_its_samples(room):
+    """2 runs of 16 mutations a pixel, not SAMPLING x SUPERSAMPLING squared."""
+    scene = room("metropolisTransport\n1\nmutation\n16", spp=2)
+    found = comparing.compare(scene, with_="path", size=(8, 6), runs=8)
+    assert (found.settings["integrator"], found.settings["spp"]) == ("pssmlt", 32)
+
+
 def test_both_sides_can_be_named(room):
     """`direct` lacks what comes by way of other surfaces: it is darker than `path`."""
     found = comparing.compare(room(), integrator="direct", with_="path", **SMALL)
