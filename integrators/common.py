@@ -19,6 +19,27 @@ def nested_integrator(props):
     return nested[0]
 
 
+def path_depths(props):
+    """The parameters ``max_depth`` and ``rr_depth`` of a path tracer.
+
+    Args:
+        props: `mi.Properties` of the integrator.
+
+    Returns:
+        Longest path, 2^32 - 1 for no limit, and the depth from which Russian roulette ends paths.
+
+    Raises:
+        ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
+    """
+    max_depth = props.get("max_depth", -1)
+    if max_depth < -1:
+        raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
+    rr_depth = props.get("rr_depth", 5)
+    if rr_depth <= 0:
+        raise ValueError(f"rr_depth is {rr_depth}, but must be above 0")
+    return max_depth if max_depth >= 0 else 0xFFFFFFFF, rr_depth
+
+
 def power_heuristic(pdf, other):
     """Return the weight of a sample of density `pdf` that `other` might have drawn, 0 for 0/0."""
     a, b = pdf * pdf, other * other

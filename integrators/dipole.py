@@ -58,7 +58,7 @@ import mitsuba as mi
 
 from bsdfs.common import choice
 from bsdfs.subsurface import SUBSURFACE
-from integrators.common import power_heuristic
+from integrators.common import path_depths, power_heuristic
 from integrators.diffusion import PROFILES
 from integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
 from integrators.media import Media, medium_of
@@ -83,17 +83,11 @@ def define():
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.profile = choice(props, "profile", tuple(PROFILES))
-            max_depth = props.get("max_depth", -1)
-            if max_depth < -1:
-                raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
-            self.max_depth = max_depth if max_depth >= 0 else 0xFFFFFFFF
-            self.rr_depth = props.get("rr_depth", 5)
-            if self.rr_depth <= 0:
-                raise ValueError(f"rr_depth is {self.rr_depth}, but must be above 0")
+            self.max_depth, self.rr_depth = path_depths(props)
             self.path = mi.load_dict(
                 {
                     "type": "path",
-                    "max_depth": max_depth,
+                    "max_depth": props.get("max_depth", -1),
                     "rr_depth": self.rr_depth,
                     "hide_emitters": self.hide_emitters,
                 }

@@ -26,7 +26,7 @@ import drjit as dr
 import mitsuba as mi
 
 from bsdfs.dispersion import HERO_WAVELENGTH
-from integrators.common import power_heuristic
+from integrators.common import path_depths, power_heuristic
 from registration import on_every_variant
 
 
@@ -36,13 +36,7 @@ def define():
             mi.SamplingIntegrator.__init__(self, props)
             if self.hide_emitters:
                 raise ValueError("dispersivepath cannot hide emitters")
-            max_depth = props.get("max_depth", -1)
-            if max_depth < -1:
-                raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
-            self.max_depth = max_depth if max_depth >= 0 else 0xFFFFFFFF
-            self.rr_depth = props.get("rr_depth", 5)
-            if self.rr_depth <= 0:
-                raise ValueError(f"rr_depth is {self.rr_depth}, but must be above 0")
+            self.max_depth, self.rr_depth = path_depths(props)
 
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):

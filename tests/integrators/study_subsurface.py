@@ -18,6 +18,7 @@ import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import mitsuba as mi
 import numpy as np
+from test_dipole import fresnel, hemispherical, reflectance, rgb
 
 import bsdfs  # noqa: F401  registers the plugins
 import integrators  # noqa: F401
@@ -36,10 +37,6 @@ COLUMN = {
 """The manual's column, section "MATERIAL_SYMBOL"."""
 
 METHODS = (("standard", -1), ("standard", -2), ("directional", -1), ("normalized", -1))
-
-
-def rgb(values):
-    return {"type": "rgb", "value": [float(v) for v in np.broadcast_to(values, 3)]}
 
 
 def look_at(origin, target, up=(0, 0, 1)):
@@ -106,36 +103,6 @@ def table(title, head, rows):
 
 def triple(values, form=".3f"):
     return " / ".join(f"{v:{form}}" for v in values)
-
-
-# ------------------------------ closed forms, float64 ------------------------------
-
-
-def fresnel(cos, eta):
-    if eta == 1:
-        return 0 * cos
-    cos_t = np.sqrt(1 - (1 - cos * cos) / eta**2)
-    r_s, r_p = (cos - eta * cos_t) / (cos + eta * cos_t), (eta * cos - cos_t) / (eta * cos + cos_t)
-    return (r_s**2 + r_p**2) / 2
-
-
-def hemispherical(eta):
-    z = (np.arange(100_000) + 0.5) / 100_000
-    return np.mean(2 * z * fresnel(z, eta))
-
-
-def boundary(eta):
-    F_dr = -1.440 / eta**2 + 0.710 / eta + 0.668 + 0.0636 * eta
-    return (1 + F_dr) / (1 - F_dr)
-
-
-def reflectance(alpha, eta, reach=np.inf, sigma_t=1.0):
-    """2 pi int_0^reach R(r) r dr of the standard dipole; see tests/integrators/test_dipole.py."""
-    k, total = np.sqrt(3 * (1 - alpha)) * sigma_t, 0
-    for z in (1 / sigma_t, (1 + 4 / 3 * boundary(eta)) / sigma_t):
-        d = np.hypot(reach, z)
-        total += np.exp(-k * z) - (z / d * np.exp(-k * d) if np.isfinite(reach) else 0)
-    return alpha / 2 * total
 
 
 # ------------------------------ sections ------------------------------
@@ -228,7 +195,7 @@ def study_materials(_):
         far = np.abs(closed - column) > 0.02
         r_max = 1.25 * np.sqrt(np.log(1e4) / sigma_t.min())
         within = [
-            reflectance(s / t, m.eta, r_max, t) for s, t in zip(sigma_s, sigma_t, strict=True)
+            reflectance(s / t, m.eta, r_max * t) for s, t in zip(sigma_s, sigma_t, strict=True)
         ]
         rows.append((name, triple(column, ".2f"), triple(closed), "differs" if far.any() else "",
                      f"{r_max:.2f}", triple(within / closed, ".2f")))  # fmt: skip
