@@ -1,5 +1,6 @@
 """`relume render`: a session with progress, dumps, limits and safe output."""
 
+import math
 import signal
 import sys
 from contextlib import closing, contextmanager
@@ -129,6 +130,8 @@ def render_file(
             written = destination.write(document, accumulator, keeper.seconds + seconds, spectral)
         if not (why or keep):
             keeper.discard()
+    if math.isfinite(noise := accumulator.noise()):
+        console.print(f"noise of a pixel: {100 * noise:.2g} % of the mean", highlight=False)
     if why:
         how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
         console.print(f"[yellow]{why}[/] {how_far}")
