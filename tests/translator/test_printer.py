@@ -147,6 +147,7 @@ def documents(draw):
     document.image = (draw(st.integers(1, MAX_SIDE)), draw(st.integers(1, 4096)))
     document.sampling = draw(st.integers(1, 2**20))
     document.supersampling = draw(st.integers(1, 2**10))
+    document.mutation = min(document.mutation, 2.0**20)
     distance, opening = draw(LENGTH), st.floats(1e-3, 1e2)
     document.screen = (draw(opening) * distance, draw(opening) * distance, distance)
     document.camera_pos = draw(st.tuples(COORDINATE, COORDINATE, COORDINATE))

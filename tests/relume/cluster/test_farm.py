@@ -111,8 +111,8 @@ def replace_rendering(kind, times=10**9):
         if kind == "hang":
             time.sleep(6)
             return None
-        if kind == "late":
-            time.sleep(3)
+        if kind in ("late", "slow"):
+            time.sleep(3 if kind == "late" else 0.3)
         result = remote.original(key, index, spp)
         found = result.found
         if kind == "nothing":
@@ -293,9 +293,13 @@ def test_a_worker_that_hangs_is_left_alone(client, workers, room, monkeypatch, k
 def test_a_worker_that_dies_and_one_that_comes(cluster, client, workers, room):
     """SIGKILL in the middle; the two passes that it had are rendered by the others."""
     rendering = Rendering(client, room(spp=240), spp=240)
+    client.run(replace_rendering, "slow", workers=workers[1:])
     steps = rendering.steps()
-    for _ in range(6):
+    next(steps)
+    while not rendering.farm.workers[workers[0]].ready:
         next(steps)
+    next(steps)
+    client.run(restore, workers=workers[1:])
     pids = client.run(os.getpid)
     os.kill(pids[workers[0]], signal.SIGKILL)
     next(steps)
