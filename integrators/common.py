@@ -19,6 +19,23 @@ def nested_integrator(props):
     return nested[0]
 
 
+def part(integrator, min_depth, max_depth):
+    """An integrator for the light of some paths alone.
+
+    Args:
+        integrator: `mi.SamplingIntegrator`.
+        min_depth: shortest path that counts, as in `dispersivepath`.
+        max_depth: longest path.
+
+    Raises:
+        ValueError: the integrator cannot part its light.
+    """
+    if not hasattr(integrator, "part"):
+        name = integrator.class_name()
+        raise ValueError(f"{name} cannot leave out the light of some paths; dispersivepath can")
+    return integrator.part(min_depth, max_depth)
+
+
 def path_depths(props):
     """The parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 

@@ -4,6 +4,8 @@
 ===============  ========  ===========================================================
 parameter        type      meaning
 ===============  ========  ===========================================================
+``min_depth``    integer   shortest path that counts: 2 leaves out emitters that are seen,
+                           3 direct light, too (default 1)
 ``max_depth``    integer   longest path: 1 shows emitters alone, 2 adds direct light;
                            -1 for no limit (default -1)
 ``rr_depth``     integer   depth from which Russian roulette ends paths (default 5)
@@ -37,6 +39,20 @@ def define():
             if self.hide_emitters:
                 raise ValueError("dispersivepath cannot hide emitters")
             self.max_depth, self.rr_depth = path_depths(props)
+            self.min_depth = props.get("min_depth", 1)
+            if self.min_depth < 1:
+                raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
+
+        def part(self, min_depth, max_depth):
+            """The same integrator for the light of paths of some lengths alone."""
+            return mi.load_dict(
+                {
+                    "type": "dispersivepath",
+                    "min_depth": max(min_depth, self.min_depth),
+                    "max_depth": min(max_depth, self.max_depth),
+                    "rr_depth": self.rr_depth,
+                }
+            )
 
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):
@@ -67,7 +83,10 @@ def define():
 
                 ds = mi.DirectionSample3f(scene, si, si_prev)
                 pdf_em = scene.pdf_emitter_direction(si_prev, ds, active & ~delta_prev)
-                Le = ds.emitter.eval(si, active)
+                shown = mi.Bool(active)
+                if dr.hint(self.min_depth > 1, mode="scalar"):
+                    shown &= depth + 1 >= self.min_depth
+                Le = ds.emitter.eval(si, shown)
                 L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
                 active_next = active & (depth + 1 < self.max_depth) & si.is_valid()
 
@@ -75,6 +94,8 @@ def define():
 
                 bsdf = si.bsdf()
                 active_em = active_next & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+                if dr.hint(self.min_depth > 2, mode="scalar"):
+                    active_em &= depth + 2 >= self.min_depth
                 ds, em_weight = scene.sample_emitter_direction(
                     si, sampler.next_2d(), True, active_em
                 )
@@ -119,7 +140,10 @@ def define():
             return L, seen, []
 
         def to_string(self):
-            return f"DispersivePath[max_depth={self.max_depth}, rr_depth={self.rr_depth}]"
+            return (
+                f"DispersivePath[min_depth={self.min_depth}, max_depth={self.max_depth}, "
+                f"rr_depth={self.rr_depth}]"
+            )
 
     mi.register_integrator("dispersivepath", DispersivePath)
 

@@ -11,7 +11,7 @@ r"""Energy redistribution path tracing (`erpt`)
    * - bootstrap: float
      - Paths traced for each pixel in each render, whose energy is redistributed; above 0.
        (Default: 1)
-   * - resampling, mutation, mutation_size_min, mutation_size_max:
+   * - resampling, mutation, mutation_size_min, mutation_size_max, direct_samples:
      - As in ``pssmlt``.
 
 Paths are traced as by the nested integrator, and chains of small steps start from them, more of

@@ -1,4 +1,4 @@
-r"""Uniform samples of primary sample space, Markov chains in it, and the films they fill.
+r"""Markov chains in primary sample space and the films they fill.
 
 A chain walks in primary sample space (see `primarysamples`) with density proportional to a target
 function I. Its state is a row of numbers. A proposal is either a large step, a new row, or a small
@@ -17,6 +17,10 @@ state, which is never traced again.
 **No proposal is stored.** Its numbers are a function of the state, the chain, the step and the
 dimension, computed when the path asks for them, and again when an accepted path is written.
 
+**Bands.** Neighbouring chains take their large steps at the same time and land side by side on the
+film, where their rays are traced together faster, and the bands are spread evenly. To one chain
+that makes no difference: whether and where it lands is random and independent from step to step.
+
 **Same seed, same picture.** The film is a sum of 64-bit integers, so the order in which threads add
 to it does not matter. Weights are bounded, and the unit is chosen so that no sum can overflow.
 """
@@ -29,11 +33,21 @@ import mitsuba as mi
 import numpy as np
 
 from integrators.primarysamples import MUTATIONS, PEAK, key, luminance, mixed, moved, uniform
+from integrators.uniformsamples import on_film, seeds_of
 
 STORED = 128
 """Numbers of a state that are kept."""
 
-LARGE, ACCEPT, STRATUM = 0xFFFFFFF0, 0xFFFFFFF1, 0xFFFFFFF2
+BAND = 16
+"""Chains of a band."""
+
+SPACING = 2.3
+"""Distance of the chains of a band after a large step [pixel]."""
+
+R2 = 0.7548776662466927, 0.5698402909980532
+"""Step of the sequence over which bands are spread (Roberts 2018)."""
+
+LARGE, ACCEPT = 0xFFFFFFF0, 0xFFFFFFF1
 """Dimensions of the random numbers that are no part of a path."""
 
 LAYERS = 3
@@ -43,67 +57,16 @@ LIMIT = 2.0**61
 """Largest sum that a film may hold: with room for rounding below 2^63."""
 
 
-@dataclass(frozen=True)
-class Samples:
-    """Uniform samples of primary sample space, spread evenly over the pixels.
-
-    Attributes:
-        f: (n, 3) float64, colours.
-        pixel: (n,) integers.
-        luminance: (n,) float64.
-    """
-
-    f: np.ndarray
-    pixel: np.ndarray
-    luminance: np.ndarray
-
-    def film(self, weight, pixels):
-        """Sums of f times `weight` (n,): (pixels, 3)."""
-        sums = [np.bincount(self.pixel, self.f[:, i] * weight, pixels) for i in range(3)]
-        return np.stack(sums, axis=-1)
+def seats(paths, lane):
+    """Film positions of chains against each other, modulo 1, when they take large steps."""
+    band, seat = lane // BAND, lane % BAND
+    side_by_side = mi.Point2f(seat % 4, seat // 4) * SPACING / paths.size
+    return mi.Point2f(mi.Float(band) * R2[0], mi.Float(band) * R2[1]) + side_by_side
 
 
-def seeds_of(paths, index, half, count, seed):
-    """Keys and film positions of uniform samples.
-
-    Args:
-        paths: `Paths`.
-        index: `mi.UInt32`, which sample of its half.
-        half: `mi.UInt32`, 0 or 1: each half covers the film by itself.
-        count: `mi.UInt32`, samples of a half.
-        seed: `mi.UInt32`.
-    """
-    own = key(index, seed + half)
-    jitter = uniform(own, mi.UInt32(STRATUM))
-    in_pixel = mi.Point2f(uniform(own, mi.UInt32(0)), uniform(own, mi.UInt32(1)))
-    return own, paths.stratum(index, count, jitter, in_pixel)
-
-
-def on_film(position, dimension, otherwise):
-    """The number of a dimension of a path whose position on the film is given."""
-    return dr.select(dimension < 2, dr.select(dimension == 0, position.x, position.y), otherwise)
-
-
-def uniform_samples(paths, count, seed):
-    """Trace `count` paths for each of two halves, of independent random numbers.
-
-    Args:
-        paths: `Paths`.
-        count: samples of a half.
-        seed: integer.
-
-    Returns:
-        `Samples`: those of half 0, then those of half 1.
-    """
-    lane = dr.arange(mi.UInt32, 2 * count)
-    n = dr.opaque(mi.UInt32, count)
-    half = dr.select(lane < n, mi.UInt32(0), mi.UInt32(1))
-    own, position = seeds_of(paths, lane - half * n, half, n, dr.opaque(mi.UInt32, seed))
-    f, pixel, _ = paths.trace(lambda d: on_film(position, d, uniform(own, d)))
-    Y = luminance(f)
-    dr.eval(f, pixel, Y)
-    colours = np.stack([channel.numpy() for channel in f], axis=-1).astype(float)
-    return Samples(colours, pixel.numpy(), Y.numpy().astype(float))
+def at_step(key, step):
+    """The key of a step (`mi.UInt32`) of what has a key."""
+    return mixed(key[0] ^ (step * 0x85EBCA6B)), key[1] + step
 
 
 @dataclass(frozen=True)
@@ -218,7 +181,9 @@ def added(mask, value):
 def _walk(
     paths, film, offset, importance, index, half, count, seeds, steps, large, share, caps, units
 ):
-    chain = key(dr.arange(mi.UInt32, dr.width(index)), seeds[1])
+    lane = dr.arange(mi.UInt32, dr.width(index))
+    chain, band = key(lane, seeds[1]), key(lane // BAND, ~seeds[1])
+    all_bands, seat = key(half, seeds[1] ^ 0x7F4A7C15), seats(paths, lane)
     own, position = seeds_of(paths, index, half, count, seeds[0])
     p_large, c = large, share
     layer = (half + 1) * (paths.count * 3)
@@ -238,16 +203,19 @@ def _walk(
     while dr.hint(step <= steps, label="Markov chains"):
         # Step 0 takes the seed and shows nothing.
         first = step == 0
-        keyed = mixed(chain[0] ^ (step * 0x85EBCA6B)), chain[1] + step
+        keyed = at_step(chain, step)
         keyed = dr.select(first, own[0], keyed[0]), dr.select(first, own[1], keyed[1])
-        is_large = first | (uniform(keyed, mi.UInt32(LARGE)) < p_large)
+        is_large = first | (uniform(at_step(band, step), mi.UInt32(LARGE)) < p_large)
+        shift = at_step(all_bands, step)
+        shift = mi.Point2f(uniform(shift, mi.UInt32(0)), uniform(shift, mi.UInt32(1)))
+        landing = dr.select(first, position, moved(seat, shift))
 
-        def number(d, keyed=keyed, is_large=is_large, drawn=drawn, first=first):
+        def number(d, keyed=keyed, is_large=is_large, drawn=drawn, landing=landing):
             r = uniform(keyed, d)
             fresh = is_large | (d >= drawn)
             old = u.read(dr.minimum(d, STORED - 1), ~fresh)
             value = dr.select(fresh, r, moved(old, offset(r)))
-            return dr.select(first, on_film(position, d, value), value)
+            return dr.select(is_large, on_film(landing, d, value), value)
 
         # ------------------------------ proposal ------------------------------
 

@@ -7,15 +7,18 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from integrators.common import nested_integrator
-from integrators.markovchains import uniform_samples
+from integrators.common import nested_integrator, part
 from integrators.primarysamples import MUTATIONS, Paths
+from integrators.uniformsamples import pixel_means, uniform_samples
 
 PILOT = 2**15
 """Uniform samples of each half of the pilot."""
 
 FEWEST = 2**11
 """Uniform samples of each half of the bootstrap, at least: with few seeds small films are noisy."""
+
+DIRECT = 2
+"""Longest path of direct light."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,8 @@ class Tally:
         self.uniform = self.Y = self.YY = 0.0
         self.small = self.accepted_small = self.large = self.accepted_large = 0.0
         self.seeds = self.longest = 0.0
-        self.handed_over = False
+        self.handed_over = ""
+        self.direct_samples = 0
 
     def add_uniform(self, n, Y, YY):
         self.uniform, self.Y, self.YY = self.uniform + n, self.Y + Y, self.YY + YY
@@ -111,7 +115,10 @@ class Tally:
         error = np.sqrt(max(self.YY / self.uniform - b * b, 0) / self.uniform)
         lines = [f"mean luminance b = {b:.5g}, standard error {error:.2g}"]
         if self.handed_over:
-            return [*lines, "paths are about equally bright: rendered by plain sampling"]
+            return [*lines, f"{self.handed_over}: rendered by plain sampling"]
+        if self.direct_samples:
+            lines[0] += ", without direct light"
+            lines.append(f"direct light: {self.direct_samples} plain samples a pixel and render")
         small = self.accepted_small / max(self.small, 1)
         large = self.accepted_large / max(self.large, 1)
         return [
@@ -155,6 +162,9 @@ def metropolis_class(_variant):
             bootstrap: uniform samples of a pixel in a render.
             resampling: whether each render draws them anew.
             mutation, s1, s2: kind of small steps and their sizes.
+            direct_samples: ordinary samples of a pixel in a render for direct light; 0 leaves it to
+                the chains.
+            direct, chained: the integrators of direct light and of what the chains find.
             tally: `Tally` of all renders.
         """
 
@@ -167,6 +177,13 @@ def metropolis_class(_variant):
             if self.bootstrap <= 0:
                 raise ValueError(f"bootstrap is {self.bootstrap}, but must be above 0")
             self.s1, self.s2 = mutation_sizes(self.mutation, props)
+            self.direct_samples = props.get("direct_samples", 0)
+            if self.direct_samples < 0:
+                raise ValueError(f"direct_samples is {self.direct_samples}, but must be 0 or more")
+            self.chained = self.nested
+            if self.direct_samples:
+                self.direct = part(self.nested, 1, DIRECT)
+                self.chained = part(self.nested, DIRECT + 1, 0xFFFFFFFF)
             self.pilots = {}
             self.tally = Tally()
 
@@ -184,11 +201,29 @@ def metropolis_class(_variant):
             sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
             spp = spp or sensor.sampler().sample_count()
             rng = np.random.default_rng(int(np.array(seed).ravel()[0]))
+            paths = Paths(scene, sensor, self.chained)
             with dr.suspend_grad():
-                paths = Paths(scene, sensor, self.nested)
-                picture = self.picture(paths, self.pilot(paths), rng, spp)
+                picture = self.whole(paths, rng, spp)
             shape = (paths.height, paths.width, 3)
             return mi.TensorXf(picture.ravel().astype(np.float32), shape)
+
+        def whole(self, paths, rng, spp):
+            """The mean of a render, with all its light: (pixels, 3)."""
+            pilot = self.pilot(paths)
+            self.tally.handed_over = self.why_plain(pilot)
+            if self.tally.handed_over:
+                mean, *sums = self.plain(paths, self.nested, rng, spp)
+                self.tally.add_uniform(spp * paths.pixels, *sums)
+                return mean
+            picture = self.picture(paths, pilot, rng, spp)
+            if self.direct_samples:
+                self.tally.direct_samples = self.direct_samples
+                picture += self.plain(paths, self.direct, rng, self.direct_samples)[0]
+            return picture
+
+        def why_plain(self, pilot):
+            """Why a scene is left to plain sampling, in words; empty if it is not."""
+            return "" if pilot.b else "the pilot found no light"
 
         def pilot(self, paths):
             # A pilot that no longer fits, as the scene has changed, is no error.
@@ -210,12 +245,9 @@ def metropolis_class(_variant):
             target = samples.luminance * pilot.importance[samples.pixel]
             return samples, target.reshape(2, count)
 
-        def plain(self, paths, seed, spp):
-            """The mean of plain samples: (pixels, 3)."""
-            samples = uniform_samples(paths, max(1, spp * paths.pixels // 2), seed)
-            self.tally.add_samples(samples)
-            self.tally.handed_over = True
-            n = len(samples.luminance)
-            return samples.film(np.ones(n), paths.pixels) * (paths.pixels / n)
+        def plain(self, paths, integrator, rng, spp):
+            """The picture of an integrator by plain sampling: see `pixel_means`."""
+            paths = Paths(paths.scene, paths.sensor, integrator)
+            return pixel_means(paths, spp, int(rng.integers(2**31)))
 
     return Metropolis

@@ -22,6 +22,10 @@ r"""Metropolis light transport in primary sample space (`pssmlt`)
    * - chains: integer
      - Number of Markov chains, 2 or more; fewer if a render has few mutations. 2048 keep a
        processor busy, a GPU wants 65536. (Default: 2048)
+   * - direct_samples: integer
+     - Ordinary samples of a pixel in each render that find emitters and direct light; 0 leaves them
+       to the chains. The nested integrator must be able to part its light, as ``dispersivepath``
+       is. (Default: 0)
    * - hand_over: boolean
      - Leave scenes whose paths are all about equally bright to plain sampling. (Default: true)
 
@@ -101,11 +105,13 @@ def define():
             if self.chains < 2:
                 raise ValueError(f"chains is {self.chains}, but must be 2 or more")
 
+        def why_plain(self, pilot):
+            calm = self.hand_over and pilot.spread < CALM
+            return super().why_plain(pilot) or (calm and "paths are about equally bright") or ""
+
         def picture(self, paths, pilot, rng, spp):
             """The mean of a render: (pixels, 3)."""
             seeds = self.seeds(rng)
-            if pilot.b == 0 or (self.hand_over and pilot.spread < CALM):
-                return self.plain(paths, seeds[0], spp)
             mutations = spp * paths.pixels
             chains = min(self.chains, max(2, mutations // SHORTEST)) // 2 * 2
             steps = max(1, round(mutations / chains))

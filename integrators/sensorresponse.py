@@ -28,7 +28,7 @@ of a pixel.
 import drjit as dr
 import mitsuba as mi
 
-from integrators.common import nested_integrator
+from integrators.common import nested_integrator, part
 from registration import on_every_variant
 
 
@@ -39,11 +39,19 @@ def define():
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
-            self.response = mi.Float(props.get("response", 1.0))
+            self.factor = props.get("response", 1.0)
             limit = props.get("luminance_limit", 0.0)
             self.limited = limit > 0
-            self.luminance_limit = mi.Float(limit)
+            self.response, self.luminance_limit = mi.Float(self.factor), mi.Float(limit)
             dr.make_opaque(self.response, self.luminance_limit)
+
+        def part(self, min_depth, max_depth):
+            if self.limited:
+                raise ValueError("sensorresponse cannot part light of which luminance_limit cuts")
+            nested = part(self.nested, min_depth, max_depth)
+            return mi.load_dict(
+                {"type": "sensorresponse", "response": self.factor, "nested": nested}
+            )
 
         def aov_names(self):
             return self.nested.aov_names()

@@ -19,7 +19,7 @@ Source: the legacy manual, `shadow`; scene language section 11.7.
 
 import mitsuba as mi
 
-from integrators.common import nested_integrator
+from integrators.common import nested_integrator, part
 from registration import on_every_variant
 
 
@@ -30,6 +30,10 @@ def define():
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
+
+        def part(self, min_depth, max_depth):
+            nested = part(self.nested, min_depth, max_depth)
+            return mi.load_dict({"type": "shadowcatching", "nested": nested})
 
         def aov_names(self):
             return self.nested.aov_names()

@@ -62,6 +62,7 @@ dispersive_path = of(
     "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
 )
 chains = of("integrators/markovchains.py", f"{METROPOLIS}::test_constant_radiance")
+frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
 mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
 redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
 response = of("integrators/sensorresponse.py", "integrators/test_sensorresponse.py")
@@ -415,6 +416,17 @@ MUTATIONS = [
     ),
     chains(
         "proposals 2 % too dark", "weight_new, large_new = a,", "weight_new, large_new = 0.98 * a,"
+    ),
+    chains(
+        "bands 2 % off the film after large steps",
+        "moved(seat, shift)",
+        "1.02 * moved(seat, shift)",
+        f"{METROPOLIS}::test_known_density",
+    ),
+    frame(
+        "direct light of chains 2 % too bright",
+        "rng, self.direct_samples)[0]",
+        "rng, self.direct_samples)[0] * 1.02",
     ),
     mlt("b 2 % too high", "b = I.mean(1)", "b = 1.02 * I.mean(1)"),
     mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),

@@ -153,6 +153,17 @@ def balanced_ward(entry):
     return entry | {"variant": "balanced"} if entry.get("type") == "ward" else entry
 
 
+def without_parts(translation):
+    """The obstacle of chains that leave direct light to plain sampling."""
+    integrator = paths_of(translation.scene["integrator"])
+    while "integrator" in integrator:
+        if integrator.get("luminance_limit", 0) > 0:
+            return "luminance_cutoff cuts direct and indirect light together"
+        integrator = integrator["integrator"]
+    can = walked(integrator)["type"] == "dispersivepath"
+    return "" if can else f"{integrator['type']} cannot leave out direct light"
+
+
 DIPOLES = {
     "dipole": "standard",
     "dipole-directional": "directional",
@@ -191,6 +202,12 @@ METHODS = (
         scene=replaced(balanced_ward),
     ),
     Method("pssmlt", walked, chains={"type": "pssmlt"}),
+    Method(
+        "pssmlt-direct",
+        walked,
+        obstacle=without_parts,
+        chains={"type": "pssmlt", "direct_samples": 4},
+    ),
     Method("pssmlt-lux", walked, chains={"type": "pssmlt", "mutation": "lux"}),
     Method("pssmlt-gaussian", walked, chains={"type": "pssmlt", "mutation": "gaussian"}),
     Method("erpt", walked, chains={"type": "erpt"}),

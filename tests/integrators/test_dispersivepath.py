@@ -63,6 +63,17 @@ def test_is_path_without_dispersion(bsdf, options, rgb):
     assert a.mean() == pytest.approx(b.mean(), rel=1e-3)
 
 
+def test_parts_of_the_light_add_up(rgb):
+    """Emitters, direct light and the rest, from the same numbers, are the whole picture."""
+    lengths = ({}, {"max_depth": 1}, {"min_depth": 2, "max_depth": 2}, {"min_depth": 3})
+    whole, *parts = (
+        np.array(mi.render(cornell("dispersivepath", PLAIN, **options), spp=16, seed=3))
+        for options in lengths
+    )
+    assert all(part.max() > 0.1 for part in parts)
+    assert sum(parts) == pytest.approx(whole, rel=1e-4, abs=1e-5)
+
+
 @pytest.mark.false_alarms(1e-3)
 def test_constant_dispersion_is_no_dispersion(spectral, measure, chance):
     """n² = 2.25 as a dispersion formula gives the picture of int_ior = 1.5, in every channel.
@@ -176,6 +187,7 @@ def test_glass_parts_colours(spectral):
     [
         ({"hide_emitters": True}, "cannot hide emitters"),
         ({"max_depth": -2}, "max_depth is -2, but must be -1 or more"),
+        ({"min_depth": 0}, "min_depth is 0, but must be 1 or more"),
         ({"rr_depth": 0}, "rr_depth is 0, but must be above 0"),
     ],
 )

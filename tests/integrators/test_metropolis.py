@@ -7,9 +7,10 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from integrators.markovchains import Walk, uniform_samples, walk_chains
+from integrators.markovchains import Walk, walk_chains
 from integrators.metropolis import resampled
 from integrators.primarysamples import MUTATIONS, Paths, moved
+from integrators.uniformsamples import uniform_samples
 from registration import on_every_variant
 
 METHODS = {
@@ -85,6 +86,20 @@ def define():
             found = sampler.next_1d() < 1 / 2048
             return mi.Spectrum(dr.select(found, mi.Float(2048), 0)), mi.Bool(True), []
 
+    class Parted(mi.SamplingIntegrator):
+        """Radiance 3, of which direct light is 1."""
+
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            self.radiance = props.get("radiance", 3.0)
+
+        def part(self, min_depth, max_depth):
+            return mi.load_dict({"type": "parted", "radiance": 1.0 if max_depth == 2 else 2.0})
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            return mi.Spectrum(self.radiance), mi.Bool(True), []
+
+    mi.register_integrator("parted", Parted)
     mi.register_integrator("fold", Fold)
     mi.register_integrator("steps", Steps)
     mi.register_integrator("rare", Rare)
@@ -176,6 +191,15 @@ def test_constant_radiance(method):
     assert np.mean(np.array(picture)) == pytest.approx(1, rel=1e-5)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("direct_samples", [0, 3])
+def test_constant_parts(method, direct_samples):
+    """The same where direct light is left to plain samples: each part counts once."""
+    walk = integrator(method, paths={"type": "parted"}, direct_samples=direct_samples)
+    picture = mi.render(nothing(4, 4), integrator=walk, spp=64)
+    assert np.mean(np.array(picture)) == pytest.approx(3, rel=1e-5)
+
+
 @pytest.mark.false_alarms(1e-3)
 def test_few_seeds_leave_no_negative_pixels(chance, level):
     """Each half of the bootstrap finds one path on average, often none, and the mean is right.
@@ -200,6 +224,32 @@ def test_agrees_with_path(method, chance, level):
     chance.equal(level(found.mean((2, 4))), level(wanted.mean((2, 4))), precision=0.05, of=2)
     energies = level(found.mean((1, 2, 3, 4))), level(wanted.mean((1, 2, 3, 4)))
     chance.equal(*energies, precision=0.015, of=2)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("method", ["kelemen", "erpt"])
+def test_direct_light_apart(method, chance, level):
+    """Chains for indirect light and plain samples for the rest add up, also through a wrapper."""
+    paths = {"type": "dispersivepath", "max_depth": 6}
+    paths = {"type": "sensorresponse", "response": 2.0, "nested": paths}
+    paths = {"type": "shadowcatching", "nested": paths}
+    walk = integrator(method, paths=paths, direct_samples=8)
+    scene = cornell()
+    found = luminance(chance.runs(scene, 32, runs=24, integrator=walk))
+    wanted = 2 * luminance(chance.runs(scene, 32, runs=24))
+    found, wanted = (x.reshape(24, 3, 4, 3, 4).mean((2, 4)) for x in (found, wanted))
+    chance.equal(level(found), level(wanted), precision=0.05)
+    assert "direct light: 8 plain samples" in walk.report()[1]
+
+
+def test_direct_light_goes_over_with_the_rest():
+    """A calm scene is rendered by plain sampling of all its light at once."""
+    paths = {"type": "dispersivepath", "max_depth": 6}
+    pictures = []
+    for direct_samples in (0, 8):
+        walk = {"type": "pssmlt", "direct_samples": direct_samples, "paths": paths}
+        pictures.append(np.array(mi.render(cornell(), integrator=mi.load_dict(walk), spp=8)))
+    assert np.array_equal(*pictures)
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -353,6 +403,8 @@ def test_mutations_are_symmetric(name):
         ("kelemen", {"chains": 1}, "chains is 1, but must be 2 or more"),
         ("kelemen", {"mutation": "kelement"}, "mutation is 'kelement', but must be one of kelemen"),
         ("kelemen", {"mutation_size_min": 0.1}, "mutation sizes are 0.1 and 0.015625, but must"),
+        ("erpt", {"direct_samples": -1}, "direct_samples is -1, but must be 0 or more"),
+        ("erpt", {"direct_samples": 1}, "PathIntegrator cannot leave out the light of some paths"),
         ("erpt", {"length": 0}, "length is 0, but must be 1 or more"),
         ("erpt", {"paths": {"type": "ptracer"}}, "erpt takes one nested sampling integrator"),
     ],

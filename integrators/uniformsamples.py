@@ -1,0 +1,117 @@
+"""Independent samples of primary sample space, spread evenly over the film."""
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from integrators.primarysamples import BELOW_ONE, key, luminance, uniform
+
+STRATUM = 0xFFFFFFF2
+"""Dimension of the random number that is no part of a path."""
+
+LAUNCH = 2**23
+"""Samples that are traced at a time at most."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Uniform samples of primary sample space, spread evenly over the pixels.
+
+    Attributes:
+        f: (n, 3) float64, colours.
+        pixel: (n,) integers.
+        luminance: (n,) float64.
+    """
+
+    f: np.ndarray
+    pixel: np.ndarray
+    luminance: np.ndarray
+
+    def film(self, weight, pixels):
+        """Sums of f times `weight` (n,): (pixels, 3)."""
+        sums = [np.bincount(self.pixel, self.f[:, i] * weight, pixels) for i in range(3)]
+        return np.stack(sums, axis=-1)
+
+
+def seeds_of(paths, index, half, count, seed):
+    """Keys and film positions of uniform samples.
+
+    Args:
+        paths: `Paths`.
+        index: `mi.UInt32`, which sample of its half.
+        half: `mi.UInt32`, 0 or 1: each half covers the film by itself.
+        count: `mi.UInt32`, samples of a half.
+        seed: `mi.UInt32`.
+    """
+    own = key(index, seed + half)
+    jitter = uniform(own, mi.UInt32(STRATUM))
+    in_pixel = mi.Point2f(uniform(own, mi.UInt32(0)), uniform(own, mi.UInt32(1)))
+    return own, paths.stratum(index, count, jitter, in_pixel)
+
+
+def on_film(position, dimension, otherwise):
+    """The number of a dimension of a path whose position on the film is given."""
+    return dr.select(dimension < 2, dr.select(dimension == 0, position.x, position.y), otherwise)
+
+
+def trace_uniform(paths, own, position):
+    """Colours and pixels of the paths from film positions whose other numbers follow from keys."""
+    f, pixel, _ = paths.trace(lambda d: on_film(position, d, uniform(own, d)))
+    # A value for each path, also where all are known beforehand to be the same.
+    return f + dr.zeros(mi.Color3f, dr.width(own)), pixel
+
+
+def uniform_samples(paths, count, seed):
+    """Trace `count` paths for each of two halves, of independent random numbers.
+
+    Args:
+        paths: `Paths`.
+        count: samples of a half.
+        seed: integer.
+
+    Returns:
+        `Samples`: those of half 0, then those of half 1.
+    """
+    lane = dr.arange(mi.UInt32, 2 * count)
+    n = dr.opaque(mi.UInt32, count)
+    half = dr.select(lane < n, mi.UInt32(0), mi.UInt32(1))
+    own, position = seeds_of(paths, lane - half * n, half, n, dr.opaque(mi.UInt32, seed))
+    f, pixel = trace_uniform(paths, own, position)
+    Y = luminance(f)
+    dr.eval(f, pixel, Y)
+    colours = np.stack([channel.numpy() for channel in f], axis=-1).astype(float)
+    return Samples(colours, pixel.numpy(), Y.numpy().astype(float))
+
+
+def pixel_means(paths, spp, seed):
+    """The picture by `spp` independent samples of each pixel.
+
+    Args:
+        paths: `Paths`.
+        spp: 1 or more.
+        seed: integer.
+
+    Returns:
+        Means of the colours (pixels, 3); sums of Y and of Y² over all samples.
+    """
+    per_launch = max(1, LAUNCH // paths.pixels)
+    sums = np.zeros((5, paths.pixels))
+    for first in range(0, spp, per_launch):
+        count = min(per_launch, spp - first)
+        n = dr.opaque(mi.UInt32, count)
+        lane = dr.arange(mi.UInt32, count * paths.pixels)
+        own = key(lane, dr.opaque(mi.UInt32, seed + first))
+        pixel = lane // n
+        y = pixel // paths.columns
+        corner = mi.Point2f(pixel - y * paths.columns, y)
+        in_pixel = mi.Point2f(uniform(own, mi.UInt32(0)), uniform(own, mi.UInt32(1)))
+        position = dr.minimum((corner + in_pixel) / paths.size, BELOW_ONE)
+        f, _ = trace_uniform(paths, own, position)
+        Y = luminance(f)
+        found = [*f, Y, Y * Y]
+        dr.eval(found)
+        for total, values in zip(sums, found, strict=True):
+            total += dr.block_sum(values, count).numpy()
+    return sums[:3].T / spp, sums[3].sum(), sums[4].sum()
