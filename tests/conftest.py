@@ -113,6 +113,15 @@ class Chance:
         fewer = sum(math.comb(n, i) * p**i * (1 - p) ** (n - i) for i in range(k))
         self.judge(max(1 - fewer, 0), f"{k} of {n}, each of probability {p}", of)
 
+    def count(self, k, n, p, about="", of=1):
+        """Judge whether k of n events fit their probability p, in (0, 1), by the binomial law."""
+        i = np.arange(n)
+        choose = np.concatenate([[0.0], np.cumsum(np.log((n - i) / (i + 1)))])
+        i = np.arange(n + 1)
+        mass = np.exp(choose + i * math.log(p) + (n - i) * math.log1p(-p))
+        tail = min(mass[: k + 1].sum(), mass[k:].sum())
+        self.judge(min(2 * tail, 1.0), (about, f"{k} of {n}, each of probability {p:.3g}"), of)
+
     def equal(self, a, b, allowed=0.0, precision=None, of=1):
         """Judge whether two means are equal, by Welch's t.
 

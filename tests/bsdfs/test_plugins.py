@@ -177,7 +177,7 @@ def test_parameters_can_be_changed(material, key, name, new, at):
 def test_gradients(material, key, step, chance, level):
     """`prb` backwards against central differences of the same picture's mean, in twelve runs.
 
-    Both are estimates: the differences use common random numbers, 256 samples a pixel at 256
+    Both are estimates: the differences use common random numbers, 512 samples a pixel at 256
     pixels in a run; their error in step² is below 0.5 %.
     """
     s = scene(material, "prb")
@@ -188,7 +188,7 @@ def test_gradients(material, key, step, chance, level):
     def mean(x, seed):
         params[key] = x
         params.update()
-        return dr.mean(mi.render(s, params, spp=chance.samples(256), seed=seed), axis=None)
+        return dr.mean(mi.render(s, params, spp=chance.samples(512), seed=seed), axis=None)
 
     differences, gradients = [], []
     for _ in range(12):
@@ -233,7 +233,7 @@ def test_two_sided(material, at):
 
 def same_means(scenes, chance, level):
     """Judge whether all scenes have the same mean, in sixteen runs of each."""
-    means = [level(chance.runs(s, 128, 16).mean(axis=(1, 2, 3))) for s in scenes]
+    means = [level(chance.runs(s, 384, 16).mean(axis=(1, 2, 3))) for s in scenes]
     for other in means[1:]:
         chance.equal(other, means[0], precision=0.01, of=len(means) - 1)
 

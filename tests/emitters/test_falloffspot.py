@@ -224,7 +224,7 @@ def test_gradients_are_those_of_finite_differences(key, step, chance, level):
     def mean(shift, seed):
         params[key] = start + shift * step
         params.update()
-        picture = mi.render(scene, params, spp=chance.samples(2048), seed=seed)
+        picture = mi.render(scene, params, spp=chance.samples(4096), seed=seed)
         return dr.mean((picture * weights).array)
 
     h, gradients, differences = 1e-2, [], []

@@ -181,7 +181,7 @@ def test_particles_and_paths_make_the_same_picture(measure, chance):
     """ptracer against path, three bounces."""
     scene = mi.load_dict(room({"type": "path", "max_depth": 4}, beam()))
     particles = mi.load_dict({"type": "ptracer", "max_depth": 4})
-    measured = measure(scene, spp=512, runs=32, integrator=particles)
+    measured = measure(scene, spp=768, runs=32, integrator=particles)
     chance.equal(measured, measure(scene, spp=512, runs=32), precision=4e-3)
 
 
@@ -290,6 +290,6 @@ def test_spectral_variant_gives_the_same_colours(measure, chance):
         light = beam(irradiance={"type": "rgb", "value": [0.9, 0.6, 0.3]})
         for integrator in ("path", "ptracer"):
             scene = mi.load_dict(room({"type": integrator, "max_depth": 2}, light))
-            means.append(measure(scene, spp=1024, runs=16))
+            means.append(measure(scene, spp=2048, runs=16))
     for other in means[1:]:
         chance.equal(other, means[0], allowed=5e-3, precision=8e-3, of=3)

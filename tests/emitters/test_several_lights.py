@@ -73,7 +73,7 @@ def test_lights_add_up(integrator, measure, chance):
     The lamp hides a thousandth of the dome from the floor.
     """
     depth = {"type": integrator, "max_depth": 2}
-    spp = 2048 if integrator == "ptracer" else 256
+    spp = 6144 if integrator == "ptracer" else 256
     everything = measure(scene(depth, **lights()), spp=spp)
     each = [measure(scene(depth, **{name: light}), spp=spp) for name, light in lights().items()]
     total, variance = sum(one.mean for one in each), sum(one.variance for one in each)

@@ -234,7 +234,7 @@ def test_probes_find_all_of_a_sphere(radius, chance, radiance):
     the integral over the ball is that over a disk of radius 2R: closed form. Within 1 %.
     """
     ball = {"type": "sphere", "radius": radius, "bsdf": translucent()}
-    measured = radiance(scene(sky=SKY, ball=ball), 8192)
+    measured = radiance(scene(sky=SKY, ball=ball), 16384)
     F = fresnel(1.0, 1.3)
     expected = (1 - F) * (1 - hemispherical(1.3)) * reflectance(ALPHA, 1.3, 2 * radius)
     chance.equal(measured, expected, allowed=0.005, precision=0.004)

@@ -146,7 +146,8 @@ def test_known_density(method, chance, level):
     walk = integrator(method, paths=FOLD, bootstrap=32.0)
     pictures = chance.runs(nothing(4, 4), 128, runs=32, integrator=walk)
     columns = level(pictures[..., 0].mean(1))
-    assert np.all(np.sqrt(columns.variance[:3]) < 0.06 * fold_columns()[:3])
+    error = np.sqrt(columns.variance[:3] / chance.reduced)
+    assert np.all(error < 0.06 * fold_columns()[:3])
     chance.equal(columns, fold_columns())
 
 

@@ -225,7 +225,7 @@ def test_infinity_light_passes(measure, view, agrees, outcome):
     assert (kinds, report.outcome) == (["envmap"], "approximated")
     floor = "OBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
     text = view((1, 3, 0), (0, 0, 0)) + text.replace(BALL, "\n") + floor
-    agrees(measure(text), 0.5 * 2 + 0.5 * 100 / 255)
+    agrees(measure(text, spp=1024), 0.5 * 2 + 0.5 * 100 / 255)
 
 
 @pytest.mark.false_alarms(1e-3)

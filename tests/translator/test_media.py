@@ -277,7 +277,7 @@ def test_furnace(view, measure, chance, g):
 def test_furnace_of_an_object(view, measure, chance, lines, boundary):
     """A white ball that absorbs nothing is invisible under light 1 from all sides."""
     text = view((0, 0, 9), (0.3, 0.2, 0)) + "BACKGROUND\n1 1 1\nDEPTH\n5000\n\n" + SSS
-    chance.equal(measure(text + lines + boundary, spp=64), 1.0, allowed=2e-4, precision=1e-2)
+    chance.equal(measure(text + lines + boundary, spp=192), 1.0, allowed=2e-4, precision=1e-2)
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -297,7 +297,7 @@ def test_single_scattering_of_a_beam(view, load, chance, level, g):
     text = view((0, 0, 4), (0, 0, 0)) + fog((sigma_s,) * 3, (sigma_a,) * 3, f"{g}") + "\n" + beam
     scene = load(text)
     once = mi.load_dict({"type": "volpath", "max_depth": 2})
-    found = level(chance.runs(scene, 1024, integrator=once).mean(axis=(1, 2)))
+    found = level(chance.runs(scene, 2048, integrator=once).mean(axis=(1, 2)))
     phase = (1 - g * g) / (4 * np.pi * (1 + g * g) ** 1.5)
     sigma_t = sigma_s + sigma_a
     along = (np.exp(sigma_t * w) - np.exp(-sigma_t * w)) / sigma_t
