@@ -36,10 +36,19 @@ SIZE, SPP, POOL = (32, 24), 2, 1280
 
 
 class Tally:
-    """Counts of one test function: `p` holds the p-values of those reruns that have one."""
+    """Counts of one test function.
 
-    def __init__(self, rate):
-        self.rate, self.reruns, self.alarms, self.p = rate, 0, 0, []
+    Args:
+        rate: of false alarms that it states.
+        reduced: divisor of its samples.
+
+    Attributes:
+        p: the p-values of those reruns that have one.
+    """
+
+    def __init__(self, rate, reduced=1):
+        self.rate, self.reduced = rate, reduced
+        self.reruns, self.alarms, self.p = 0, 0, []
 
     def row(self, name):
         """The table's row, by the binomial law; 5 % of all p-values ought to be below 0.05."""
@@ -50,6 +59,7 @@ class Tally:
             "test": name,
             "states": f"{self.rate:g}",
             "reruns": str(self.reruns),
+            "samples": f"1/{self.reduced}" if self.reduced > 1 else "all",
             "alarms": str(self.alarms),
             "at most (95 %)": f"{upper_limit(self.alarms, self.reruns):.1%}",
             "p < 0.05": f"{small / len(self.p):.1%}" if self.p else "",
@@ -94,7 +104,7 @@ class Reruns:
         report = yield
         if report.when == "call" and not report.skipped:
             chance = item.funcargs["chance"]
-            tally = self.tallies.setdefault(name_of(item), Tally(chance.rate))
+            tally = self.tallies.setdefault(name_of(item), Tally(chance.rate, chance.reduced))
             tally.reruns += 1
             tally.alarms += report.failed
             if chance.p is not None:

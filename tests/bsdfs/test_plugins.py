@@ -238,7 +238,7 @@ def same_means(scenes, chance, level):
         chance.equal(other, means[0], precision=0.01, of=len(means) - 1)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize("material", [WARD, PHONG], ids=lambda m: m["type"])
 def test_integrators_agree(material, chance, level):
     """Camera paths with and without media, replayed paths, and light paths (importance)."""
@@ -246,7 +246,7 @@ def test_integrators_agree(material, chance, level):
     same_means([scene(material, name) for name in names], chance, level)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 def test_integrators_agree_on_glass(chance, level):
     """A floor seen from within glass, lit through the glass's surface by a lamp outside.
 

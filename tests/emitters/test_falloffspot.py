@@ -195,7 +195,7 @@ def test_parameters_follow_traverse():
     np.testing.assert_allclose(value[0], 7.0 * ramp(30.0, 40.0, 20.0, 1.0) / 6.0, rtol=1e-4)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize(
     ("key", "step"),
     [

@@ -57,7 +57,7 @@ def test_sampling_density(name, hemisphere, dome, random_image, random_direction
     np.testing.assert_allclose(np.linalg.norm(np.array(ds.p).T - [0.3, 0.4, 0.5], axis=1), 5, 1e-5)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize("name", MAPS)
 def test_sampling_finds_what_scattering_finds(name, measure, dome, camera, random_image, chance):
     """Emitter sampling (path), BSDF sampling alone (direct) and particles agree on a ball.

@@ -78,7 +78,7 @@ def test_parts_of_the_light_add_up(rgb):
     assert sum(parts) == pytest.approx(whole, rel=1e-4, abs=1e-5)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 def test_constant_dispersion_is_no_dispersion(spectral, measure, chance):
     """n² = 2.25 as a dispersion formula gives the picture of int_ior = 1.5, in every channel.
 
@@ -91,7 +91,7 @@ def test_constant_dispersion_is_no_dispersion(spectral, measure, chance):
         chance.equal(parted, plain, precision=0.02, of=2)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 def test_both_protocols_agree(spectral, measure, chance):
     """A glass that really disperses: hero once against a new choice at each refraction."""
     once, each = (measure(cornell(name, HEAVY), 48) for name in ("dispersivepath", "path"))

@@ -134,7 +134,7 @@ def fold_columns(columns=4, points=2000):
     return np.mean(g * np.clip(1 + x[:, None] - v, 0, 1), axis=1).reshape(columns, -1).mean(1)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize("method", METHODS)
 def test_known_density(method, chance, level):
     """A density over film and numbers drawn, with an edge and paths of two lengths, is met.
@@ -227,7 +227,7 @@ def test_agrees_with_path(method, chance, level):
     chance.equal(*energies, precision=0.015, of=2)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize("method", ["kelemen", "erpt"])
 def test_direct_light_apart(method, chance, level):
     """Chains for indirect light and plain samples for the rest add up, also through a wrapper."""
@@ -262,7 +262,7 @@ def test_any_number_of_chains(chains, chance, level):
     chance.equal(level(pictures[..., 0].mean(1)), fold_columns())
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 def test_short_bootstrap_and_short_chains_are_unbiased(chance, level):
     """Eight seeds, 16 steps: a normalization by the resampled seeds would be dark by some 10 %."""
     walk = integrator("kelemen", paths=FOLD, bootstrap=0.5, chains=8)
