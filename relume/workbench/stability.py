@@ -148,7 +148,7 @@ def _measured(scene, integrator, case, seed, said):
                 pass
             tally.add(session.image())
         notes, caught = said
-        told = [*notes, *(str(warning.message) for warning in caught)]
+        told = list(dict.fromkeys([*notes, *(str(warning.message) for warning in caught)]))
         if mi.is_spectral and tally.negative:
             told.append("colours that RGB cannot hold")  # as `relume render` says of its picture
         found = tally.measurement(

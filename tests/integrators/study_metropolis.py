@@ -35,6 +35,7 @@ METHODS = {
     "path": {"type": "path"} | DEPTH,
     "pssmlt": {"type": "pssmlt", "paths": PATHS},
     "pssmlt, no hand-over": {"type": "pssmlt", "hand_over": False, "paths": PATHS},
+    "pssmlt, direct apart": {"type": "pssmlt", "direct_samples": 4, "paths": PATHS},
     "erpt": {"type": "erpt", "paths": PATHS},
 }
 

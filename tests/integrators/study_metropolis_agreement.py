@@ -21,12 +21,17 @@ from integrators import pssmlt
 from relume.workbench.statistics import Runs, equal_means, pooled
 
 SIZE = (80, 60)
-RUNS, SPP, CHAINS_SPP = 64, 32, 16
-REFERENCE_RUNS, REFERENCE_SPP = 32, 32
+RUNS, SPP, CHAINS_SPP = 64, 128, 16
+REFERENCE_RUNS, REFERENCE_SPP = 32, 256
 LEVEL = 0.01
 CHAINS = (16, 256, 4096, 65536)
-PSSMLT = {"type": "pssmlt", "hand_over": False, "bootstrap": 8.0, "paths": PATHS}
-ERPT = {"type": "erpt", "bootstrap": 8.0, "paths": PATHS}
+PSSMLT = {"type": "pssmlt", "hand_over": False, "bootstrap": 32.0, "paths": PATHS}
+BRIGHT = {
+    "pssmlt, direct apart": PSSMLT | {"direct_samples": 32},
+    "erpt": {"type": "erpt", "bootstrap": 32.0, "paths": PATHS},
+}
+"""Methods for the scenes with bright direct light."""
+
 HEAD = [
     "| scene | method | energy over path's [%] | its error [%] | path's [%] "
     "| largest block score | values below 0 per million |",
@@ -70,20 +75,20 @@ def study(title, scene, methods, spp=SPP):
 
 
 def study_scenes(corpus):
-    """Five scenes; `erpt` in two of them."""
+    """Five scenes; more methods in two of them."""
     found = scenes(corpus, SIZE)
     found["glass"] = of_file(HERE.parents[1] / "scenes" / "glass.txt", SIZE)
     lines = list(HEAD)
     for title, scene in found.items():
-        both = title in ("caustic", "Cornell box")
-        lines += study(title, scene, {"pssmlt": PSSMLT} | ({"erpt": ERPT} if both else {}))
+        more = BRIGHT if title in ("caustic", "Cornell box") else {}
+        lines += study(title, scene, {"pssmlt": PSSMLT} | more)
         (HERE / "agreement.md").write_text("\n".join(lines) + "\n")
 
 
 def study_chains():
     """The caustic with few long chains and with many short ones."""
     pssmlt.SHORTEST = 1
-    many = {f"{n} chains": PSSMLT | {"chains": n} for n in CHAINS}
+    many = {f"{n} chains": PSSMLT | {"chains": n, "bootstrap": 8.0} for n in CHAINS}
     lines = HEAD + study("caustic", of_file(HERE / "caustic.txt", SIZE), many, CHAINS_SPP)
     (HERE / "chains.md").write_text("\n".join(lines) + "\n")
 
