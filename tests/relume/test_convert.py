@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 import relume
+import translator
+from relume.application import prepared
 from relume.convert import python_source, write_xml
+from relume.session import Session
 from relume.workbench.statistics import normal_score
 
 SPP = 400
@@ -77,15 +80,20 @@ def blocks(picture):
 def deviation(scene, picture, chance):
     """Normal scores of the block means of a picture against those of `relume.render`.
 
-    Two references a and b tell the noise: a block's mean has the standard error s / 8 with
-    s^2 = mean((a - b)^2) / 2 over its 64 pixels, the difference to their mean sqrt(3/2) of that
-    (Student's t with about 32 degrees of freedom, for the squares of neighbours are unlike). 0.001
-    allows for blocks without noise.
+    Sixteen references with an eighth of its samples tell the noise: their variance v makes that of
+    the picture v / 8, that of their mean v / 16 (Student's t). 0.001 allows for blocks without
+    noise.
     """
-    a, b = (relume.render(scene, seed=chance.seed()) for _ in range(2))
-    error = np.sqrt(1.5 * blocks((a - b) ** 2) / 2 / 64)
-    beyond = np.maximum(np.abs(blocks(picture) - blocks((a + b) / 2)) - 0.001, 0)
-    return normal_score(beyond / np.maximum(error, 1e-9), 32)
+    references = []
+    with prepared(translator.translate(relume.read(scene))) as session:
+        for _ in range(16):
+            session = Session(session.scene, SPP // 8, chance.seed())
+            for _ in session.run():
+                pass
+            references.append(blocks(session.image()))
+    error = np.sqrt(np.var(references, axis=0, ddof=1) * (1 / 8 + 1 / 16))
+    beyond = np.maximum(np.abs(blocks(picture) - np.mean(references, axis=0)) - 0.001, 0)
+    return normal_score(beyond / np.maximum(error, 1e-9), 15)
 
 
 @pytest.mark.false_alarms(1e-3)
