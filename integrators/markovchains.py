@@ -18,8 +18,8 @@ state, which is never traced again.
 dimension, computed when the path asks for them, and again when an accepted path is written.
 
 **Bands.** Neighbouring chains take their large steps at the same time and land side by side on the
-film, where their rays are traced together faster, and the bands are spread evenly. To one chain
-that makes no difference: whether and where it lands is random and independent from step to step.
+film, where their rays are traced together faster. To one chain that makes no difference: whether
+and where it lands is random and independent from step to step.
 
 **Same seed, same picture.** The film is a sum of 64-bit integers, so the order in which threads add
 to it does not matter. Weights are bounded, and the unit is chosen so that no sum can overflow.
@@ -41,11 +41,8 @@ STORED = 128
 BAND = 16
 """Chains of a band."""
 
-SPACING = 2.3
-"""Distance of the chains of a band after a large step [pixel]."""
-
-R2 = 0.7548776662466927, 0.5698402909980532
-"""Step of the sequence over which bands are spread (Roberts 2018)."""
+CELL = 2.0
+"""Width of the square into which a chain of a band falls by a large step [pixel]."""
 
 LARGE, ACCEPT = 0xFFFFFFF0, 0xFFFFFFF1
 """Dimensions of the random numbers that are no part of a path."""
@@ -57,11 +54,9 @@ LIMIT = 2.0**61
 """Largest sum that a film may hold: with room for rounding below 2^63."""
 
 
-def seats(paths, lane):
-    """Film positions of chains against each other, modulo 1, when they take large steps."""
-    band, seat = lane // BAND, lane % BAND
-    side_by_side = mi.Point2f(seat % 4, seat // 4) * SPACING / paths.size
-    return mi.Point2f(mi.Float(band) * R2[0], mi.Float(band) * R2[1]) + side_by_side
+def pair(key):
+    """The first two random numbers of a key."""
+    return mi.Point2f(uniform(key, mi.UInt32(0)), uniform(key, mi.UInt32(1)))
 
 
 def at_step(key, step):
@@ -182,8 +177,8 @@ def _walk(
     paths, film, offset, importance, index, half, count, seeds, steps, large, share, caps, units
 ):
     lane = dr.arange(mi.UInt32, dr.width(index))
-    chain, band = key(lane, seeds[1]), key(lane // BAND, ~seeds[1])
-    all_bands, seat = key(half, seeds[1] ^ 0x7F4A7C15), seats(paths, lane)
+    chain, band = key(lane, seeds[1]), key(lane // BAND * 2 + half, ~seeds[1])
+    cell = mi.Point2f(lane % 4, lane % BAND // 4)
     own, position = seeds_of(paths, index, half, count, seeds[0])
     p_large, c = large, share
     layer = (half + 1) * (paths.count * 3)
@@ -205,10 +200,10 @@ def _walk(
         first = step == 0
         keyed = at_step(chain, step)
         keyed = dr.select(first, own[0], keyed[0]), dr.select(first, own[1], keyed[1])
-        is_large = first | (uniform(at_step(band, step), mi.UInt32(LARGE)) < p_large)
-        shift = at_step(all_bands, step)
-        shift = mi.Point2f(uniform(shift, mi.UInt32(0)), uniform(shift, mi.UInt32(1)))
-        landing = dr.select(first, position, moved(seat, shift))
+        keyed_band = at_step(band, step)
+        is_large = first | (uniform(keyed_band, mi.UInt32(LARGE)) < p_large)
+        landing = moved((cell + pair(keyed)) * CELL / paths.size, pair(keyed_band))
+        landing = dr.select(first, position, landing)
 
         def number(d, keyed=keyed, is_large=is_large, drawn=drawn, landing=landing):
             r = uniform(keyed, d)

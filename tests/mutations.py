@@ -419,9 +419,9 @@ MUTATIONS = [
     ),
     chains(
         "bands 2 % off the film after large steps",
-        "moved(seat, shift)",
-        "1.02 * moved(seat, shift)",
-        f"{METROPOLIS}::test_known_density",
+        "pair(keyed_band))\n",
+        "0.98 * pair(keyed_band))\n",
+        f"{METROPOLIS}::test_large_steps_land_everywhere",
     ),
     frame(
         "direct light of chains 2 % too bright",
