@@ -229,7 +229,12 @@ def test_a_change_of_one_place_is_found_there(place, change, level, chance):
 @pytest.mark.false_alarms(1e-3)
 def test_noise_of_a_lone_picture(chance, level):
     """It comes back beside the noise of the other: a standard deviation of 0.1, in every second
-    column of 0.3, where the other has three times its noise, too."""
+    column of 0.3, where the other has three times its noise, too.
+
+    Within a block the noise is shared by ratios to the mean of the other's variances, of which the
+    loud columns hold 0.9; it scatters by some 8 %, so that a ratio, but not that of the loud
+    columns themselves, is too high by the square of that on average, 0.7 %.
+    """
     rng, shape, found = chance.rng(), (48, 64, 3), []
     deviation = np.where(np.arange(64) % 2, 0.3, 0.1)[:, None]
     for _ in range(48):
@@ -238,7 +243,8 @@ def test_noise_of_a_lone_picture(chance, level):
         columns = (estimate.pixels.variance[:, k::2].mean() for k in (0, 1))
         found.append([*columns, estimate.whole.variance.mean() * (48 * 64)])
     expected = [0.1**2, 0.3**2, (0.1**2 + 0.3**2) / 2]
-    chance.equal(level(found), expected, allowed=2e-3, precision=6e-3)
+    allowed = np.array([1e-2, 2e-3, 2e-3])
+    chance.equal(level(found), expected, allowed=allowed, precision=6e-3)
 
 
 @pytest.mark.false_alarms(1e-3)
