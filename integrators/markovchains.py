@@ -17,10 +17,6 @@ state, which is never traced again.
 **No proposal is stored.** Its numbers are a function of the state, the chain, the step and the
 dimension, computed when the path asks for them, and again when an accepted path is written.
 
-**Bands.** Neighbouring chains take their large steps at the same time and land side by side on the
-film, where their rays are traced together faster. To one chain that makes no difference: whether
-and where it lands is random and independent from step to step.
-
 **Same seed, same picture.** The film is a sum of 64-bit integers, so the order in which threads add
 to it does not matter. Weights are bounded, and the unit is chosen so that no sum can overflow.
 """
@@ -38,12 +34,6 @@ from integrators.uniformsamples import on_film, seeds_of
 STORED = 128
 """Numbers of a state that are kept."""
 
-BAND = 16
-"""Chains of a band."""
-
-CELL = 2.0
-"""Width of the square into which a chain of a band falls by a large step [pixel]."""
-
 LARGE, ACCEPT = 0xFFFFFFF0, 0xFFFFFFF1
 """Dimensions of the random numbers that are no part of a path."""
 
@@ -52,16 +42,6 @@ LAYERS = 3
 
 LIMIT = 2.0**61
 """Largest sum that a film may hold: with room for rounding below 2^63."""
-
-
-def pair(key):
-    """The first two random numbers of a key."""
-    return mi.Point2f(uniform(key, mi.UInt32(0)), uniform(key, mi.UInt32(1)))
-
-
-def at_step(key, step):
-    """The key of a step (`mi.UInt32`) of what has a key."""
-    return mixed(key[0] ^ (step * 0x85EBCA6B)), key[1] + step
 
 
 @dataclass(frozen=True)
@@ -176,9 +156,7 @@ def added(mask, value):
 def _walk(
     paths, film, offset, importance, index, half, count, seeds, steps, large, share, caps, units
 ):
-    lane = dr.arange(mi.UInt32, dr.width(index))
-    chain, band = key(lane, seeds[1]), key(lane // BAND * 2 + half, ~seeds[1])
-    cell = mi.Point2f(lane % 4, lane % BAND // 4)
+    chain = key(dr.arange(mi.UInt32, dr.width(index)), seeds[1])
     own, position = seeds_of(paths, index, half, count, seeds[0])
     p_large, c = large, share
     layer = (half + 1) * (paths.count * 3)
@@ -198,19 +176,16 @@ def _walk(
     while dr.hint(step <= steps, label="Markov chains"):
         # Step 0 takes the seed and shows nothing.
         first = step == 0
-        keyed = at_step(chain, step)
+        keyed = mixed(chain[0] ^ (step * 0x85EBCA6B)), chain[1] + step
         keyed = dr.select(first, own[0], keyed[0]), dr.select(first, own[1], keyed[1])
-        keyed_band = at_step(band, step)
-        is_large = first | (uniform(keyed_band, mi.UInt32(LARGE)) < p_large)
-        landing = moved((cell + pair(keyed)) * CELL / paths.size, pair(keyed_band))
-        landing = dr.select(first, position, landing)
+        is_large = first | (uniform(keyed, mi.UInt32(LARGE)) < p_large)
 
-        def number(d, keyed=keyed, is_large=is_large, drawn=drawn, landing=landing):
+        def number(d, keyed=keyed, is_large=is_large, drawn=drawn, first=first):
             r = uniform(keyed, d)
             fresh = is_large | (d >= drawn)
             old = u.read(dr.minimum(d, STORED - 1), ~fresh)
             value = dr.select(fresh, r, moved(old, offset(r)))
-            return dr.select(is_large, on_film(landing, d, value), value)
+            return dr.select(first, on_film(position, d, value), value)
 
         # ------------------------------ proposal ------------------------------
 

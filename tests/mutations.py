@@ -417,12 +417,6 @@ MUTATIONS = [
     chains(
         "proposals 2 % too dark", "weight_new, large_new = a,", "weight_new, large_new = 0.98 * a,"
     ),
-    chains(
-        "bands 2 % off the film after large steps",
-        "pair(keyed_band))\n",
-        "0.98 * pair(keyed_band))\n",
-        f"{METROPOLIS}::test_large_steps_land_everywhere",
-    ),
     frame(
         "direct light of chains 2 % too bright",
         "rng, self.direct_samples)[0]",

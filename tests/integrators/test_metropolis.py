@@ -183,22 +183,6 @@ def test_chains_visit_by_density(large, chance):
     chance.judge(beta[x >= T2 / (T2 + R - 1)].sum() / beta.sum(), f"T² = {T2:.1f}")
 
 
-@pytest.mark.false_alarms(1e-3)
-def test_large_steps_land_everywhere(chance, level):
-    """Neighbouring chains land together, and yet each eighth of the film gets its share, to 1 %."""
-    scene = nothing(32, 8)
-    paths = Paths(scene, scene.sensors()[0], mi.load_dict({"type": "parted"}))
-    walk = Walk(chance.samples(64), 1.0, "kelemen", 1 / 64, 1 / 4, share=1.0)
-    half, index = np.divmod(np.arange(512), 256)
-    shares = []
-    for _ in range(32):
-        seeds = chance.seed(), chance.seed()
-        found = walk_chains(paths, np.ones(256, np.float32), index, half, 256, seeds, walk)
-        eighths = found.film[0, :, 0].reshape(8, 8, 4).sum((0, 2))
-        shares.append(eighths / eighths.sum())
-    chance.equal(level(shares), np.full(8, 1 / 8), precision=0.01)
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_constant_radiance(method):
     """Where all paths are worth the same, weights and b leave no noise: the mean is exact."""
