@@ -21,14 +21,14 @@ from integrators import pssmlt
 from relume.workbench.statistics import Runs, equal_means, pooled
 
 SIZE = (80, 60)
-RUNS, SPP, CHAINS_SPP = 64, 128, 16
-REFERENCE_RUNS, REFERENCE_SPP = 32, 256
+RUNS, SPP, CHAINS_SPP = 64, 32, 16
+REFERENCE_RUNS, REFERENCE_SPP = 32, 64
 LEVEL = 0.01
 CHAINS = (16, 256, 4096, 65536)
-PSSMLT = {"type": "pssmlt", "hand_over": False, "bootstrap": 32.0, "paths": PATHS}
+PSSMLT = {"type": "pssmlt", "hand_over": False, "bootstrap": 8.0, "paths": PATHS}
 BRIGHT = {
     "pssmlt, direct apart": PSSMLT | {"direct_samples": 32},
-    "erpt": {"type": "erpt", "bootstrap": 32.0, "paths": PATHS},
+    "erpt": {"type": "erpt", "bootstrap": 8.0, "paths": PATHS},
 }
 """Methods for the scenes with bright direct light."""
 
@@ -88,7 +88,7 @@ def study_scenes(corpus):
 def study_chains():
     """The caustic with few long chains and with many short ones."""
     pssmlt.SHORTEST = 1
-    many = {f"{n} chains": PSSMLT | {"chains": n, "bootstrap": 8.0} for n in CHAINS}
+    many = {f"{n} chains": PSSMLT | {"chains": n} for n in CHAINS}
     lines = HEAD + study("caustic", of_file(HERE / "caustic.txt", SIZE), many, CHAINS_SPP)
     (HERE / "chains.md").write_text("\n".join(lines) + "\n")
 
