@@ -3,6 +3,9 @@
 import drjit as dr
 import mitsuba as mi
 
+NO_LIMIT = 0xFFFFFFFF
+"""Depth that no path reaches."""
+
 
 def nested_integrator(props):
     """The one sampling integrator nested in another one.
@@ -43,7 +46,7 @@ def path_depths(props):
         props: `mi.Properties` of the integrator.
 
     Returns:
-        Longest path, 2^32 - 1 for no limit, and the depth from which Russian roulette ends paths.
+        Longest path, `NO_LIMIT` for none, and the depth from which Russian roulette ends paths.
 
     Raises:
         ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
@@ -54,7 +57,7 @@ def path_depths(props):
     rr_depth = props.get("rr_depth", 5)
     if rr_depth <= 0:
         raise ValueError(f"rr_depth is {rr_depth}, but must be above 0")
-    return max_depth if max_depth >= 0 else 0xFFFFFFFF, rr_depth
+    return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 
 def power_heuristic(pdf, other):

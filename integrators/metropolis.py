@@ -7,7 +7,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from integrators.common import nested_integrator, part
+from integrators.common import NO_LIMIT, nested_integrator, part
 from integrators.primarysamples import MUTATIONS, Paths
 from integrators.uniformsamples import pixel_means, uniform_samples
 
@@ -183,7 +183,7 @@ def metropolis_class(_variant):
             self.chained = self.nested
             if self.direct_samples:
                 self.direct = part(self.nested, 1, DIRECT)
-                self.chained = part(self.nested, DIRECT + 1, 0xFFFFFFFF)
+                self.chained = part(self.nested, DIRECT + 1, NO_LIMIT)
             self.pilots = {}
             self.tally = Tally()
 

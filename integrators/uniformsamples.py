@@ -6,7 +6,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from integrators.primarysamples import BELOW_ONE, key, luminance, uniform
+from integrators.primarysamples import key, luminance, uniform
 
 STRATUM = 0xFFFFFFF2
 """Dimension of the random number that is no part of a path."""
@@ -100,14 +100,9 @@ def pixel_means(paths, spp, seed):
     sums = np.zeros((5, paths.pixels))
     for first in range(0, spp, per_launch):
         count = min(per_launch, spp - first)
-        n = dr.opaque(mi.UInt32, count)
-        lane = dr.arange(mi.UInt32, count * paths.pixels)
-        own = key(lane, dr.opaque(mi.UInt32, seed + first))
-        pixel = lane // n
-        y = pixel // paths.columns
-        corner = mi.Point2f(pixel - y * paths.columns, y)
-        in_pixel = mi.Point2f(uniform(own, mi.UInt32(0)), uniform(own, mi.UInt32(1)))
-        position = dr.minimum((corner + in_pixel) / paths.size, BELOW_ONE)
+        size = count * paths.pixels
+        n, own_seed = (dr.opaque(mi.UInt32, x) for x in (size, seed + first))
+        own, position = seeds_of(paths, dr.arange(mi.UInt32, size), mi.UInt32(0), n, own_seed)
         f, _ = trace_uniform(paths, own, position)
         Y = luminance(f)
         found = [*f, Y, Y * Y]
