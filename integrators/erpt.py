@@ -7,10 +7,9 @@ r"""Energy redistribution path tracing (`erpt`)
    * - (nested): integrator
      - Sampling integrator that traces the paths.
    * - length: integer
-     - Mutations of each chain, 1 or more. (Default: 32)
+     - Mutations of each chain, 1 or more. Long chains carry light further. (Default: 512)
    * - bootstrap: float
-     - Paths traced for each pixel in each render, whose energy is redistributed; above 0.
-       (Default: 1)
+     - Paths traced for each mutation, whose energy is redistributed; above 0. (Default: 0.25)
    * - resampling, mutation, mutation_size_min, mutation_size_max, direct_samples:
      - As in ``pssmlt``.
 
@@ -33,7 +32,7 @@ a limit of consecutive rejections, as in the paper's filters, would darken the p
 
 .. code-block:: python
 
-    {"type": "erpt", "length": 64, "nested": {"type": "path"}}
+    {"type": "erpt", "length": 1024, "nested": {"type": "path"}}
 """
 
 import mitsuba as mi
@@ -50,7 +49,7 @@ def define():
     class ERPT(metropolis_class(mi.variant())):
         def __init__(self, props):
             super().__init__(props)
-            self.length = props.get("length", 32)
+            self.length = props.get("length", 512)
             if self.length < 1:
                 raise ValueError(f"length is {self.length}, but must be 1 or more")
 
@@ -58,7 +57,7 @@ def define():
             """The mean of a render: (pixels, 3)."""
             seeds = self.seeds(rng)
             chains = max(1, round(spp * paths.pixels / self.length))
-            _, I = self.boot(paths, pilot, seeds[0])
+            _, I = self.boot(paths, pilot, seeds[0], spp)
             if not I.any():
                 return np.zeros((paths.pixels, 3))
             half, index = np.divmod(resampled(I.ravel(), chains, rng.random()), I.shape[1])

@@ -34,7 +34,7 @@ from integrators.uniformsamples import on_film, seeds_of
 STORED = 128
 """Numbers of a state that are kept."""
 
-LARGE, ACCEPT = 0xFFFFFFF0, 0xFFFFFFF1
+LARGE, ACCEPT, SIZE = 0xFFFFFFF0, 0xFFFFFFF1, 0xFFFFFFF3
 """Dimensions of the random numbers that are no part of a path."""
 
 LAYERS = 3
@@ -122,7 +122,7 @@ def walk_chains(paths, importance, index, half, count, seeds, walk):
         "units": [dr.opaque(mi.Float, float(unit)) for unit in units],
     }
     offset, s1, s2 = MUTATIONS[walk.mutation][0], walk.s1, walk.s2
-    found, left, places = _walk(paths, film, lambda r: offset(r, s1, s2), **inputs)
+    found, left, places = _walk(paths, film, lambda r, q: offset(r, q, s1, s2), **inputs)
     dr.eval(film, found, left, places)
     # The states at the end, in a kernel of their own: a film is written by one loop at a time.
     for worth, place in zip(left, places, strict=True):
@@ -179,12 +179,13 @@ def _walk(
         keyed = mixed(chain[0] ^ (step * 0x85EBCA6B)), chain[1] + step
         keyed = dr.select(first, own[0], keyed[0]), dr.select(first, own[1], keyed[1])
         is_large = first | (uniform(keyed, mi.UInt32(LARGE)) < p_large)
+        q = uniform(keyed, mi.UInt32(SIZE))
 
-        def number(d, keyed=keyed, is_large=is_large, drawn=drawn, first=first):
+        def number(d, keyed=keyed, q=q, is_large=is_large, drawn=drawn, first=first):
             r = uniform(keyed, d)
             fresh = is_large | (d >= drawn)
             old = u.read(dr.minimum(d, STORED - 1), ~fresh)
-            value = dr.select(fresh, r, moved(old, offset(r)))
+            value = dr.select(fresh, r, moved(old, offset(r, q)))
             return dr.select(first, on_film(position, d, value), value)
 
         # ------------------------------ proposal ------------------------------

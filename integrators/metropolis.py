@@ -118,7 +118,7 @@ class Tally:
             return [*lines, f"{self.handed_over}: rendered by plain sampling"]
         if self.direct_samples:
             lines[0] += ", without direct light"
-            lines.append(f"direct light: {self.direct_samples} plain samples a pixel and render")
+            lines.append(f"direct light: {self.direct_samples} plain samples a pixel")
         small = self.accepted_small / max(self.small, 1)
         large = self.accepted_large / max(self.large, 1)
         return [
@@ -159,11 +159,11 @@ def metropolis_class(_variant):
 
         Attributes:
             nested: the integrator that traces paths.
-            bootstrap: uniform samples of a pixel in a render.
+            bootstrap: uniform samples to each mutation.
             resampling: whether each render draws them anew.
             mutation, s1, s2: kind of small steps and their sizes.
-            direct_samples: ordinary samples of a pixel in a render for direct light; 0 leaves it to
-                the chains.
+            direct_samples: ordinary samples to each mutation for direct light; 0 leaves it to the
+                chains.
             direct, chained: the integrators of direct light and of what the chains find.
             tally: `Tally` of all renders.
         """
@@ -171,13 +171,13 @@ def metropolis_class(_variant):
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
-            self.bootstrap = props.get("bootstrap", 1.0)
+            self.bootstrap = props.get("bootstrap", 0.25)
             self.resampling = props.get("resampling", True)
-            self.mutation = props.get("mutation", "kelemen")
+            self.mutation = props.get("mutation", "mixed")
             if self.bootstrap <= 0:
                 raise ValueError(f"bootstrap is {self.bootstrap}, but must be above 0")
             self.s1, self.s2 = mutation_sizes(self.mutation, props)
-            self.direct_samples = props.get("direct_samples", 0)
+            self.direct_samples = props.get("direct_samples", 0.0)
             if self.direct_samples < 0:
                 raise ValueError(f"direct_samples is {self.direct_samples}, but must be 0 or more")
             self.chained = self.nested
@@ -217,8 +217,9 @@ def metropolis_class(_variant):
                 return mean
             picture = self.picture(paths, pilot, rng, spp)
             if self.direct_samples:
-                self.tally.direct_samples = self.direct_samples
-                picture += self.plain(paths, self.direct, rng, self.direct_samples)[0]
+                count = max(1, round(self.direct_samples * spp))
+                self.tally.direct_samples += count
+                picture += self.plain(paths, self.direct, rng, count)[0]
             return picture
 
         def why_plain(self, pilot):
@@ -237,9 +238,9 @@ def metropolis_class(_variant):
             bootstrap, chains = (int(x) for x in rng.integers(2**31, size=2))
             return (bootstrap if self.resampling else 1), chains
 
-        def boot(self, paths, pilot, seed):
+        def boot(self, paths, pilot, seed, spp):
             """The bootstrap: `Samples`, and I of each half (2, count)."""
-            count = max(FEWEST, round(self.bootstrap * paths.pixels / 2))
+            count = max(FEWEST, round(self.bootstrap * spp * paths.pixels / 2))
             samples = uniform_samples(paths, count, seed)
             self.tally.add_samples(samples)
             target = samples.luminance * pilot.importance[samples.pixel]

@@ -52,29 +52,40 @@ def uniform(key, dimension):
     return mi.Float((x ^ (x >> 16)) >> 8) * 2.0**-24
 
 
-def kelemen(r, s1, s2):
+def kelemen(r, _, s1, s2):
     """Offset of size between `s1` and `s2`, its logarithm uniform (Kelemen et al., section 4)."""
     size = s2 * dr.exp(-math.log(s2 / s1) * dr.abs(2 * r - 1))
     return dr.select(r < 0.5, -size, size)
 
 
-def lux(r, s1, s2):
+def mixed_sizes(r, q, s1, s2):
+    """`kelemen`, or with probability 1/2 an offset up to a size that is the same for all numbers.
+
+    A path that bears small changes alone is left only if all of its numbers move little at once.
+    """
+    size = s2 * dr.exp(-math.log(s2 / s1) * 2 * q)
+    return dr.select(q < 0.5, (2 * r - 1) * size, kelemen(r, q, s1, s2))
+
+
+def lux(r, _, s1, s2):
     """Offset of density proportional to 1 / (|offset| + c)², as in LuxRender (language 13.6)."""
     size = s1 / (s1 / s2 + dr.abs(2 * r - 1)) - s1 / (s1 / s2 + 1)
     return dr.select(r < 0.5, -size, size)
 
 
-def gaussian(r, s1, s2):
-    """Offset of the normal distribution with standard deviation `s2`; `s1` is not used."""
+def gaussian(r, _, __, s2):
+    """Offset of the normal distribution with standard deviation `s2`."""
     return s2 * math.sqrt(2) * dr.erfinv(dr.clip(2 * r - 1, -BELOW_ONE, BELOW_ONE))
 
 
 MUTATIONS = {
+    "mixed": (mixed_sizes, 1 / 2048, 1 / 32),
     "kelemen": (kelemen, 1 / 1024, 1 / 64),
     "lux": (lux, 1 / 512, 1 / 16),
     "gaussian": (gaussian, 1 / 1024, 1 / 64),
 }
-"""By name: the offset of a random number, symmetric about 0, and the default sizes `s1`, `s2`."""
+"""By name: the offset of a random number, symmetric about 0, and the default sizes `s1`, `s2`. The
+offset follows from a number in [0, 1) of its own and one of the whole step."""
 
 
 def moved(u, offset):

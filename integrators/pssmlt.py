@@ -7,25 +7,28 @@ r"""Metropolis light transport in primary sample space (`pssmlt`)
    * - (nested): integrator
      - Sampling integrator that traces the paths.
    * - bootstrap: float
-     - Uniform samples of a pixel in each render, from which chains start; above 0. They go to the
-       picture, too. (Default: 1)
+     - Uniform samples to each mutation, from which chains start; above 0. They go to the picture,
+       too. With few, single bright paths stand for much light. (Default: 0.25)
    * - resampling: boolean
      - Draw them anew for each render, or the same ones for all. (Default: true)
    * - large_step_probability: float
      - Probability of a proposal that is independent of the current path, 0 to 1. (Default: 0.3)
    * - mutation: string
-     - Small steps: ``kelemen``, whose size has a uniform logarithm; ``lux``, as in LuxRender; or
-       ``gaussian``. (Default: ``kelemen``)
+     - Small steps: ``kelemen``, where each number moves by a size of its own whose logarithm is
+       uniform; ``mixed``, half of whose steps have one such size for all numbers; ``lux``, as in
+       LuxRender; or ``gaussian``. (Default: ``mixed``)
    * - mutation_size_min, mutation_size_max: float
      - Sizes of small steps in primary sample space; ``gaussian`` has the standard deviation
-       ``mutation_size_max``. (Defaults: 1/1024 and 1/64; ``lux``: 1/512 and 1/16)
+       ``mutation_size_max``. (Defaults: 1/2048 and 1/32; ``kelemen`` and ``gaussian``: 1/1024 and
+       1/64; ``lux``: 1/512 and 1/16)
    * - chains: integer
-     - Number of Markov chains, 2 or more; fewer if a render has few mutations. 2048 keep a
-       processor busy, a GPU wants 65536. (Default: 2048)
-   * - direct_samples: integer
-     - Ordinary samples of a pixel in each render that find emitters and direct light; 0 leaves them
-       to the chains. The nested integrator must be able to part its light, as ``dispersivepath``
-       is. (Default: 0)
+     - Number of Markov chains, 2 or more; fewer if a render has few mutations. Few long chains
+       carry light further from where it was found than many short ones, but keep less of a
+       machine busy. (Default: 256, on a GPU 16384)
+   * - direct_samples: float
+     - Ordinary samples to each mutation, at least one of a pixel, that find emitters and direct
+       light; 0 leaves them to the chains. The nested integrator must be able to part its light, as
+       ``dispersivepath`` is. (Default: 0)
    * - hand_over: boolean
      - Leave scenes whose paths are all about equally bright to plain sampling. (Default: true)
 
@@ -98,7 +101,7 @@ def define():
         def __init__(self, props):
             super().__init__(props)
             self.p_large = props.get("large_step_probability", 0.3)
-            self.chains = props.get("chains", 2048)
+            self.chains = props.get("chains", 16384 if "cuda" in mi.variant() else 256)
             self.hand_over = props.get("hand_over", True)
             if not 0 <= self.p_large <= 1:
                 raise ValueError(f"large_step_probability is {self.p_large}, not from 0 to 1")
@@ -116,7 +119,7 @@ def define():
             chains = min(self.chains, max(2, mutations // SHORTEST)) // 2 * 2
             steps = max(1, round(mutations / chains))
             n_c = chains * steps
-            samples, I = self.boot(paths, pilot, seeds[0])
+            samples, I = self.boot(paths, pilot, seeds[0], spp)
             count = I.shape[1]
             c = pilot.b * (I.size + self.p_large * n_c) / n_c
 

@@ -20,7 +20,7 @@ class Samples:
     """Uniform samples of primary sample space, spread evenly over the pixels.
 
     Attributes:
-        f: (n, 3) float64, colours.
+        f: (n, 3) float32, colours.
         pixel: (n,) integers.
         luminance: (n,) float64.
     """
@@ -74,15 +74,19 @@ def uniform_samples(paths, count, seed):
     Returns:
         `Samples`: those of half 0, then those of half 1.
     """
-    lane = dr.arange(mi.UInt32, 2 * count)
-    n = dr.opaque(mi.UInt32, count)
-    half = dr.select(lane < n, mi.UInt32(0), mi.UInt32(1))
-    own, position = seeds_of(paths, lane - half * n, half, n, dr.opaque(mi.UInt32, seed))
-    f, pixel = trace_uniform(paths, own, position)
-    Y = luminance(f)
-    dr.eval(f, pixel, Y)
-    colours = np.stack([channel.numpy() for channel in f], axis=-1).astype(float)
-    return Samples(colours, pixel.numpy(), Y.numpy().astype(float))
+    n, own_seed = dr.opaque(mi.UInt32, count), dr.opaque(mi.UInt32, seed)
+    parts = []
+    for first in range(0, 2 * count, LAUNCH):
+        size = min(LAUNCH, 2 * count - first)
+        lane = dr.arange(mi.UInt32, size) + dr.opaque(mi.UInt32, first)
+        half = dr.select(lane < n, mi.UInt32(0), mi.UInt32(1))
+        own, position = seeds_of(paths, lane - half * n, half, n, own_seed)
+        f, pixel = trace_uniform(paths, own, position)
+        Y = luminance(f)
+        dr.eval(f, pixel, Y)
+        colours = np.stack([channel.numpy() for channel in f], axis=-1)
+        parts.append((colours, pixel.numpy(), Y.numpy().astype(float)))
+    return Samples(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def pixel_means(paths, spp, seed):

@@ -419,8 +419,8 @@ MUTATIONS = [
     ),
     frame(
         "direct light of chains 2 % too bright",
-        "rng, self.direct_samples)[0]",
-        "rng, self.direct_samples)[0] * 1.02",
+        "self.direct, rng, count)[0]",
+        "self.direct, rng, count)[0] * 1.02",
     ),
     mlt("b 2 % too high", "b = I.mean(1)", "b = 1.02 * I.mean(1)"),
     mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),

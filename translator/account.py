@@ -5,7 +5,7 @@ condition holds, to the lines that set the field.
 """
 
 from translator.dialects import note
-from translator.plan import metropolis
+from translator.plan import BOOTSTRAP, metropolis, mutations
 from translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 GRAVITY = "general relativity is outside the manual"
@@ -22,6 +22,9 @@ DOCUMENT_ROWS = (
      "no Metropolis render is asked for"),
     ("mlt_sample", lambda d: metropolis(d) != "pssmlt", "ignored",
      "only metropolisTransport has it"),
+    ("mlt_sample",
+     lambda d: metropolis(d) == "pssmlt" and d.mlt_sample < BOOTSTRAP * mutations(d), "approximated",
+     "a quarter of the mutations are drawn at least: fewer leave spots"),
     ("mlt_resampling", lambda d: metropolis(d) != "pssmlt", "ignored",
      "only metropolisTransport has it"),
     ("scattering", lambda d: not d.participating_media, "ignored", "participatingMedia is 0"),

@@ -195,7 +195,8 @@ class Document:
         environment=("MUTATION",), section="13.6",
     )
     mlt_sample: float = n(
-        "mlt_sample", "number", 1, 0.4, "Bootstrap samples per pixel.", above=0,
+        "mlt_sample", "number", 1, 0.4,
+        "Bootstrap samples per pixel; at least a quarter of the mutations are drawn.", above=0,
         aliases=("pre_sample",), environment=("MLTSAMPLE",), section="13.6",
     )
     mlt_resampling: bool = n(

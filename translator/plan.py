@@ -41,6 +41,10 @@ MUTATIONS = 32
 """Mutations of a pixel in each run where a scene asks for none or fewer (language 13.6)."""
 
 
+BOOTSTRAP = 0.25
+"""Uniform samples to each mutation at least: few of them leave single bright paths as spots."""
+
+
 def metropolis(document):
     """The Metropolis integrator that a document asks for, or None; energy redistribution wins."""
     return "erpt" if document.erpt else "pssmlt" if document.metropolis else None
@@ -77,12 +81,17 @@ def samples_reason(document):
     return f"SAMPLING {document.sampling} x SUPERSAMPLING {document.supersampling} squared"
 
 
+def bootstrap(document):
+    """Uniform samples to each mutation of `pssmlt`: those of mlt_sample, or `BOOTSTRAP` if more."""
+    return max(BOOTSTRAP, document.mlt_sample / mutations(document))
+
+
 def around(document, dialect, paths, reason):
     """The Metropolis integrator around the one that traces paths, and the reason for it."""
     if document.erpt:
         result = {"type": "erpt", "length": mutations(document), "paths": paths}
         return result, f"energyRedistributionPathTracing; its paths: {reason}"
-    result = {"type": "pssmlt", "bootstrap": document.mlt_sample}
+    result = {"type": "pssmlt", "bootstrap": bootstrap(document)}
     if dialect == "prender":
         result["mutation"] = "lux"
     if "mlt_resampling" in document.source.reports:

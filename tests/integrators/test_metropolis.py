@@ -14,6 +14,7 @@ from integrators.uniformsamples import uniform_samples
 from registration import on_every_variant
 
 METHODS = {
+    "mixed": {"type": "pssmlt", "mutation": "mixed", "hand_over": False},
     "kelemen": {"type": "pssmlt", "mutation": "kelemen", "hand_over": False},
     "lux": {"type": "pssmlt", "mutation": "lux", "hand_over": False},
     "gaussian": {"type": "pssmlt", "mutation": "gaussian", "hand_over": False},
@@ -27,7 +28,7 @@ METHODS = {
 def integrator(method, **parameters):
     """A method of `METHODS` over `dispersivepath`, or over `paths`."""
     paths = {"type": "dispersivepath", "max_depth": 6}
-    return mi.load_dict(METHODS[method] | {"bootstrap": 16.0, "paths": paths} | parameters)
+    return mi.load_dict(METHODS[method] | {"bootstrap": 0.5, "paths": paths} | parameters)
 
 
 def film(width, height, rfilter="box"):
@@ -143,7 +144,7 @@ def test_known_density(method, chance, level):
     wrong acceptance, weight or number of a path shows: unmutated numbers beyond the current path
     (the mistake of lazy mutation) change the mean of the second column by 6 %.
     """
-    walk = integrator(method, paths=FOLD, bootstrap=32.0)
+    walk = integrator(method, paths=FOLD, bootstrap=0.25)
     pictures = chance.runs(nothing(4, 4), 128, runs=32, integrator=walk)
     columns = level(pictures[..., 0].mean(1))
     error = np.sqrt(columns.variance[:3] / chance.reduced)
@@ -193,7 +194,7 @@ def test_constant_radiance(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("direct_samples", [0, 3])
+@pytest.mark.parametrize("direct_samples", [0, 1 / 16])
 def test_constant_parts(method, direct_samples):
     """The same where direct light is left to plain samples: each part counts once."""
     walk = integrator(method, paths={"type": "parted"}, direct_samples=direct_samples)
@@ -207,7 +208,7 @@ def test_few_seeds_leave_no_negative_pixels(chance, level):
 
     Pixels would be below 0 in one of 16 renders, did all of a bright path correct b.
     """
-    walk = integrator("kelemen", paths={"type": "rare"}, bootstrap=1.0)
+    walk = integrator("kelemen", paths={"type": "rare"}, bootstrap=1e-3)
     pictures = chance.runs(nothing(4, 4), 2048, runs=250, integrator=walk)
     assert np.all(pictures >= 0)
     chance.equal(level(pictures.mean((1, 2, 3))), 1.0, precision=0.05)
@@ -234,20 +235,21 @@ def test_direct_light_apart(method, chance, level):
     paths = {"type": "dispersivepath", "max_depth": 6}
     paths = {"type": "sensorresponse", "response": 2.0, "nested": paths}
     paths = {"type": "shadowcatching", "nested": paths}
-    walk = integrator(method, paths=paths, direct_samples=8)
+    walk = integrator(method, paths=paths, direct_samples=0.25)
     scene = cornell()
     found = luminance(chance.runs(scene, 32, runs=24, integrator=walk))
     wanted = 2 * luminance(chance.runs(scene, 32, runs=24))
     found, wanted = (x.reshape(24, 3, 4, 3, 4).mean((2, 4)) for x in (found, wanted))
     chance.equal(level(found), level(wanted), precision=0.05)
-    assert "direct light: 8 plain samples" in walk.report()[1]
+    plain = 24 * round(0.25 * chance.samples(32))
+    assert f"direct light: {plain} plain samples a pixel" in walk.report()[1]
 
 
 def test_direct_light_goes_over_with_the_rest():
     """A calm scene is rendered by plain sampling of all its light at once."""
     paths = {"type": "dispersivepath", "max_depth": 6}
     pictures = []
-    for direct_samples in (0, 8):
+    for direct_samples in (0, 1):
         walk = {"type": "pssmlt", "direct_samples": direct_samples, "paths": paths}
         pictures.append(np.array(mi.render(cornell(), integrator=mi.load_dict(walk), spp=8)))
     assert np.array_equal(*pictures)
@@ -257,7 +259,7 @@ def test_direct_light_goes_over_with_the_rest():
 @pytest.mark.parametrize("chains", [2, 16, 1024])
 def test_any_number_of_chains(chains, chance, level):
     """Two chains or a thousand: the same mean picture, with no bias from how they start."""
-    walk = integrator("kelemen", paths=FOLD, bootstrap=16.0, chains=chains)
+    walk = integrator("kelemen", paths=FOLD, bootstrap=0.25, chains=chains)
     pictures = chance.runs(nothing(4, 4), 64, runs=48, integrator=walk)
     chance.equal(level(pictures[..., 0].mean(1)), fold_columns())
 
@@ -265,7 +267,7 @@ def test_any_number_of_chains(chains, chance, level):
 @pytest.mark.false_alarms(1e-3, reduced=4)
 def test_short_bootstrap_and_short_chains_are_unbiased(chance, level):
     """Eight seeds, 16 steps: a normalization by the resampled seeds would be dark by some 10 %."""
-    walk = integrator("kelemen", paths=FOLD, bootstrap=0.5, chains=8)
+    walk = integrator("kelemen", paths=FOLD, bootstrap=0.1, chains=8)
     pictures = chance.runs(nothing(4, 4), 8, runs=600, integrator=walk)
     chance.equal(level(pictures[..., 0].mean((1, 2))), fold_columns().mean(), precision=0.05)
 
@@ -353,7 +355,7 @@ def test_one_pixel_is_b(method):
     With `erpt` exactly: what the chains deposit is what the seeds have. With `pssmlt` the uniform
     samples take their share by themselves, so to 2 %.
     """
-    walk = integrator(method, bootstrap=2048.0)
+    walk = integrator(method)
     picture = np.array(mi.render(cornell(1, 1), integrator=walk, spp=4096, seed=1))
     b = float(walk.report()[0].split()[4].rstrip(","))
     assert luminance(picture).item() == pytest.approx(b, rel=1e-4 if method == "erpt" else 0.02)
@@ -384,14 +386,18 @@ def test_darkness(method):
 def test_mutations_are_symmetric(name):
     """The offset of 1 - r is minus that of r, within the sizes; a moved number stays in [0, 1)."""
     offset, s1, s2 = MUTATIONS[name]
-    r = (dr.arange(mi.Float, 4096) + 0.5) / 4096
-    there, back = (np.array(offset(x, s1, s2)) for x in (r, 1 - r))
+    r, q = (dr.arange(mi.Float, 4096) + 0.5) / 4096, 0.25
+    there, back = (np.array(offset(x, q, s1, s2)) for x in (r, 1 - r))
     assert there == pytest.approx(-back, abs=2e-6)
     assert np.all(np.abs(there) <= (s2 * 1.0001 if name != "gaussian" else 4 * s2))
     for u in (0.0, 1e-9, 0.5, 1 - 2.0**-24):
         u_new = np.array(moved(mi.Float(u), mi.Float(there)))
         assert np.all((u_new >= 0) & (u_new < 1))
-    if name == "kelemen":
+    if name == "mixed":
+        # Half of the steps have one size, here half way from the largest to the smallest.
+        assert np.abs(there).max() == pytest.approx(math.sqrt(s1 * s2), rel=1e-3)
+        there = np.array(offset(r, 0.75, s1, s2))
+    if name in ("mixed", "kelemen"):
         # The logarithm is uniform: half of all offsets are below the geometric mean of the sizes.
         assert np.mean(np.abs(there) < math.sqrt(s1 * s2)) == pytest.approx(0.5, abs=1e-3)
 
@@ -402,10 +408,10 @@ def test_mutations_are_symmetric(name):
         ("kelemen", {"bootstrap": 0.0}, "bootstrap is 0.0, but must be above 0"),
         ("kelemen", {"large_step_probability": 1.5}, "large_step_probability is 1.5, not from 0"),
         ("kelemen", {"chains": 1}, "chains is 1, but must be 2 or more"),
-        ("kelemen", {"mutation": "kelement"}, "mutation is 'kelement', but must be one of kelemen"),
+        ("kelemen", {"mutation": "kelement"}, "mutation is 'kelement', but must be one of mixed"),
         ("kelemen", {"mutation_size_min": 0.1}, "mutation sizes are 0.1 and 0.015625, but must"),
         ("erpt", {"direct_samples": -1}, "direct_samples is -1, but must be 0 or more"),
-        ("erpt", {"direct_samples": 1}, "PathIntegrator cannot leave out the light of some paths"),
+        ("erpt", {"direct_samples": 0.1}, "PathIntegrator cannot leave out the light of some"),
         ("erpt", {"length": 0}, "length is 0, but must be 1 or more"),
         ("erpt", {"paths": {"type": "ptracer"}}, "erpt takes one nested sampling integrator"),
     ],

@@ -76,6 +76,7 @@ CASES = [
     (BOTH, 3, "translated", "erpt"),
     ("metropolisTransport\n1\nmutation\n3\n", 3, "translated", ""),
     ("metropolisTransport\n1\nmlt_sample\n3\n", 3, "translated", ""),
+    ("metropolisTransport\n1\nmutation\n20\nmlt_sample\n3\n", 5, "approximated", "a quarter"),
     ("metropolisTransport\n1\nmlt_resampling\n1\n", 3, "translated", ""),
     ("metropolisTransport\n1\nSUPERSAMPLING\n2\n", 3, "ignored", "by themselves"),
     ("metropolisTransport\n1\nluminance_cutoff\n2\n", 3, "ignored", "Metropolis"),

@@ -263,7 +263,7 @@ MATERIAL_R_MAX
 mutation
 5
 mlt_sample
-0.5
+3
 mlt_resampling
 1
 sensor_response

@@ -34,7 +34,7 @@ MILK = (
 PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
-CHAINS = ["pssmlt", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
+CHAINS = ["pssmlt", "pssmlt-kelemen", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
 SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", *CHAINS[1:]]
 """Also those that leave direct light out, which not every path tracer can."""
 
