@@ -5,8 +5,8 @@
 The corpus has the occluded room; without it that room is left out. Times are CPU-seconds, runs of
 the methods take turns. All methods are unbiased, so their squared error is the variance between
 independent runs; relMSE = mean(variance / (R² + 0.01 mean(R)²)). R is a long render of `path` with
-seeds of its own: from the runs of a method it would be bright where they have bright spots, and hide
-them.
+seeds of its own: one from the runs of a method would be bright where they have bright spots, and
+hide them.
 """
 
 import json
