@@ -79,8 +79,8 @@ def test_sampling_finds_what_scattering_finds(name, measure, dome, camera, rando
         measure(scene, spp=spp, runs=16, integrator=mi.load_dict(integrator))
         for integrator, spp in (
             ({"type": "path", "max_depth": 2}, 512),
-            ({"type": "direct", "bsdf_samples": 1, "emitter_samples": 0}, 6144),
-            ({"type": "ptracer", "max_depth": 2}, 6144),
+            ({"type": "direct", "bsdf_samples": 1, "emitter_samples": 0}, 12288),
+            ({"type": "ptracer", "max_depth": 2}, 12288),
         )
     )
     assert np.all(path.variance < (5e-3 * path.mean) ** 2 * chance.reduced)

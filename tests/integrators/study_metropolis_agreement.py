@@ -25,10 +25,10 @@ RUNS, SPP, CHAINS_SPP = 64, 32, 16
 REFERENCE_RUNS, REFERENCE_SPP = 32, 64
 LEVEL = 0.01
 CHAINS = (16, 256, 4096, 65536)
-PSSMLT = {"type": "pssmlt", "hand_over": False, "bootstrap": 8.0, "paths": PATHS}
+PSSMLT = {"type": "pssmlt", "hand_over": False, "paths": PATHS}
 BRIGHT = {
-    "pssmlt, direct apart": PSSMLT | {"direct_samples": 32},
-    "erpt": {"type": "erpt", "bootstrap": 8.0, "paths": PATHS},
+    "pssmlt, direct apart": PSSMLT | {"direct_samples": 1.0},
+    "erpt": {"type": "erpt", "paths": PATHS},
 }
 """Methods for the scenes with bright direct light."""
 
