@@ -91,9 +91,8 @@ def around(document, dialect, paths, reason):
     if document.erpt:
         result = {"type": "erpt", "length": mutations(document), "paths": paths}
         return result, f"energyRedistributionPathTracing; its paths: {reason}"
-    result = {"type": "pssmlt", "bootstrap": bootstrap(document)}
-    if dialect == "prender":
-        result["mutation"] = "lux"
+    mutation = "lux" if dialect == "prender" else "kelemen"
+    result = {"type": "pssmlt", "mutation": mutation, "bootstrap": bootstrap(document)}
     if "mlt_resampling" in document.source.reports:
         result["resampling"] = document.mlt_resampling
     return result | {"paths": paths}, f"metropolisTransport; its paths: {reason}"

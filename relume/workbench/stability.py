@@ -148,7 +148,9 @@ def _measured(scene, integrator, case, seed, said):
                 pass
             tally.add(session.image())
         notes, caught = said
-        told = list(dict.fromkeys([*notes, *(str(warning.message) for warning in caught)]))
+        texts = [*notes, *(str(warning.message) for warning in caught)]
+        # A line's note may be several, and lines may share them.
+        told = list(dict.fromkeys(part for text in texts for part in text.split("; ")))
         if mi.is_spectral and tally.negative:
             told.append("colours that RGB cannot hold")  # as `relume render` says of its picture
         found = tally.measurement(

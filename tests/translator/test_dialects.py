@@ -131,7 +131,7 @@ def test_sss_dipole():
 def test_mlt():
     """Kelemen's mutation against the program's, which is LuxRender's."""
     manual, prender = (t.scene["integrator"] for t in both("metropolisTransport\n1\n" + OFF))
-    assert "mutation" not in manual
+    assert manual["mutation"] == "kelemen"
     assert prender == manual | {"mutation": "lux"}
 
 
