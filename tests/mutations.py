@@ -62,6 +62,7 @@ dispersive_path = of(
     "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
 )
 chains = of("integrators/markovchains.py", f"{METROPOLIS}::test_constant_radiance")
+steps = of("integrators/primarysamples.py", f"{METROPOLIS}::test_mutations_are_symmetric")
 frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
 mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
 redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
@@ -417,6 +418,7 @@ MUTATIONS = [
     chains(
         "proposals 2 % too dark", "weight_new, large_new = a,", "weight_new, large_new = 0.98 * a,"
     ),
+    steps("steps of one size 2 % off centre", "(2 * r - 1) * size", "(2 * r - 0.98) * size"),
     frame(
         "direct light of chains 2 % too bright",
         "self.direct, rng, count)[0]",
