@@ -1,5 +1,7 @@
 """Giant spheres: the triangles that replace them, and a room of them against double precision."""
 
+import math
+
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -290,28 +292,31 @@ def blocks(picture):
 
 @pytest.mark.false_alarms(1e-3)
 def test_a_room_of_giant_spheres(chance):
-    """Mean radiance within 0.5 % of double precision; stock spheres are far off (30 % too dark).
+    """Mean radiance as in double precision; stock spheres are far off (30 % too dark).
 
     The reference takes 960 x 720 paths, which gives the mean of each channel with a relative
     standard error below 0.15 %, asserted below (an upper bound: the paths are stratified over the
-    film). So are the errors of the 12 blocks, by which these are judged.
+    film). So are the errors of the 12 blocks. The whole is granted 0.2 % beside chance, so that an
+    error of 1 % is found with more than 99 % probability: 4 standard errors are 0.6 %.
     """
     mi.set_variant("llvm_ad_rgb")
-    reference = trace(960, 720, seed=chance.seed())
+    n = math.isqrt(chance.reduced)
+    reference = trace(960 // n, 720 // n, seed=chance.seed())
     mean = reference.mean(axis=(0, 1))
-    error = reference.std(axis=(0, 1)) / np.sqrt(960 * 720) / mean
-    assert error.max() < 0.0015
+    error = reference.std(axis=(0, 1)) / np.sqrt(reference[..., 0].size) / mean
+    assert error.max() < 0.0015 * n
 
     translation = translate(read_text(room_text(), environ={}))
     ours = translation.dictionary()
     depth = {"type": "path", "max_depth": DEPTH, "rr_depth": 1000}
     ours["integrator"] = depth
-    picture = np.array(mi.render(mi.load_dict(ours), spp=512, seed=chance.seed()))
+    spp = chance.samples(512)
+    picture = np.array(mi.render(mi.load_dict(ours), spp=spp, seed=chance.seed()))
     off = picture.mean(axis=(0, 1)) / mean - 1
-    assert np.abs(off).max() < 0.005
-
+    whole = np.maximum(np.abs(off) - 0.002, 0) / error
     block_means, block_errors = blocks(reference)
-    chance.scores((blocks(picture)[0] / block_means - 1) / block_errors)
+    parts = (blocks(picture)[0] / block_means - 1) / block_errors
+    chance.scores(np.concatenate([whole, parts.ravel()]))
 
     stock = dict(ours)
     walls = [name for name, entry in translation.scene.items()
