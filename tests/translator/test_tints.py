@@ -192,7 +192,7 @@ def test_same_colors_by_wavelength(view, measure, write_picture, chance, surface
     write_picture("paint.png", np.broadcast_to(colors[:, None], (2, 2, 3)))
     text = view((0, 0, 3), (0, 0, 0)) + "BACKGROUND\n1 1 1\n\nOBJECT\nuvplane -1 -1 0\nU 2 0 0\n"
     text += "V 0 2 0\n" + surface.format(texture="paint.png") + "\n"
-    rgb = measure(text, spp=16, runs=2).mean
+    rgb = measure(text, spp=512, runs=8)
     measured = measure(text + PRISM, spp=4096, runs=8)
     assert mi.variant() == "llvm_ad_spectral"
     chance.equal(measured, rgb, allowed=0.01, precision=0.02)
