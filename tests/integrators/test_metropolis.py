@@ -255,12 +255,13 @@ def test_direct_light_goes_over_with_the_rest():
     assert np.array_equal(*pictures)
 
 
-@pytest.mark.false_alarms(1e-3)
+@pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize("chains", [2, 16, 1024])
 def test_any_number_of_chains(chains, chance, level):
     """Two chains or a thousand: the same mean picture, with no bias from how they start."""
     walk = integrator("kelemen", paths=FOLD, bootstrap=0.25, chains=chains)
-    pictures = chance.runs(nothing(4, 4), 64, runs=48, integrator=walk)
+    # Many runs: those of the dark column are skew.
+    pictures = chance.runs(nothing(4, 4), 64, runs=256, integrator=walk)
     chance.equal(level(pictures[..., 0].mean(1)), fold_columns())
 
 
