@@ -40,7 +40,6 @@ METROPOLIS = ("pssmlt", "erpt")
 MUTATIONS = 32
 """Mutations of a pixel in each run where a scene asks for none or fewer (language 13.6)."""
 
-
 BOOTSTRAP = 0.25
 """Uniform samples to each mutation at least: few of them leave single bright paths as spots."""
 
@@ -71,7 +70,8 @@ def with_samples(document, spp):
     if document.erpt:
         runs["sampling"] = -(-int(spp) // mutations(document))
     elif document.metropolis:
-        runs["mutation"] = 1.0
+        # The bootstrap keeps its share.
+        runs |= {"mutation": 1.0, "mlt_sample": document.mlt_sample / mutations(document)}
     return dataclasses.replace(document, **runs)
 
 

@@ -273,6 +273,16 @@ def test_short_bootstrap_and_short_chains_are_unbiased(chance, level):
     chance.equal(level(pictures[..., 0].mean((1, 2))), fold_columns().mean(), precision=0.05)
 
 
+def test_launches_are_no_part_of_the_samples(monkeypatch):
+    """Uniform samples traced in several launches are those of one."""
+    scene = cornell()
+    paths = Paths(scene, scene.sensors()[0], mi.load_dict({"type": "path", "max_depth": 6}))
+    whole = uniform_samples(paths, 1000, seed=3)
+    monkeypatch.setattr("integrators.uniformsamples.LAUNCH", 700)
+    parts = uniform_samples(paths, 1000, seed=3)
+    assert np.array_equal(whole.f, parts.f) and np.array_equal(whole.pixel, parts.pixel)
+
+
 @pytest.mark.parametrize("method", ["kelemen", "erpt"])
 def test_same_seed_same_picture(method):
     """Bit for bit, on one thread or two; another seed gives another picture."""

@@ -3,6 +3,7 @@
 import pytest
 
 from translator import read_text, translate
+from translator.plan import bootstrap, with_samples
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
@@ -128,3 +129,9 @@ def test_roulette(depth, start):
     """DEPTH is the first path depth without a limit: roulette starts beyond it, paths never end."""
     scene = translate(read_text(f"DEPTH\n{depth}\n", environ={})).scene
     assert scene["integrator"] == {"type": "path", "max_depth": -1, "rr_depth": start}
+
+
+def test_samples_asked_for_keep_the_share_of_the_bootstrap():
+    """Three of `mlt_sample` to five mutations, whatever number of samples replaces them."""
+    document = read_text("metropolisTransport\n1\nmutation\n5\nmlt_sample\n3\n", environ={})
+    assert bootstrap(document) == bootstrap(with_samples(document, 64)) == pytest.approx(0.6)
