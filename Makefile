@@ -3,10 +3,11 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
+PACKAGES := translator bsdfs emitters integrators phasefunctions sensors
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-subsurface study-stability \
-        study-charts study-compare study-honesty study-mutations
+        study-charts study-compare study-calibration study-mutations
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -32,29 +33,34 @@ demo: setup
 test: lint
 	$(BIN)/python -m pytest
 
+# mypy names modules after folders: links put these where they are installed.
+TYPES := build/types
 lint: setup
 	$(BIN)/ruff check .
+	@rm -rf $(TYPES)/relume && mkdir -p $(TYPES)/relume
+	@ln -s $(addprefix $(CURDIR)/,$(wildcard relume/*) $(PACKAGES)) $(TYPES)/relume
+	cd $(TYPES) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml -p relume
 
 study-materials: setup
-	$(BIN)/python -m pytest -s -m study tests/bsdfs/study_accuracy.py
-	$(BIN)/python tests/bsdfs/study_speed.py
+	$(BIN)/python -m pytest -s -m study studies/bsdf_accuracy.py
+	$(BIN)/python studies/bsdf_speed.py
 
 study-lights: setup
-	$(BIN)/python tests/emitters/study_lights.py
+	$(BIN)/python studies/lights.py
 
 study-subsurface: setup
-	$(BIN)/python tests/integrators/study_subsurface.py --figure docs/subsurface/profiles.png
-	$(BIN)/python tests/integrators/study_subsurface_spheres.py
+	$(BIN)/python studies/subsurface.py --figure docs/subsurface/profiles.png
+	$(BIN)/python studies/subsurface_spheres.py
 
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup
-	$(BIN)/python tests/translator/study_gallery.py '$(CORPUS)' --asset-path '$(ASSETS)'
+	$(BIN)/python studies/gallery.py '$(CORPUS)' --asset-path '$(ASSETS)'
 
 study-stability: setup
 	$(BIN)/relume stability -o docs
 
 # Both as study-gallery. Charts are timed: nothing else should run.
-STUDY_CORPUS = PYTHONPATH=tests/translator $(BIN)/python tests/relume/workbench/study_corpus.py
+STUDY_CORPUS = $(BIN)/python studies/corpus.py
 
 study-charts: setup
 	$(STUDY_CORPUS) charts '$(CORPUS)' --asset-path '$(ASSETS)'
@@ -63,38 +69,38 @@ study-compare: setup
 	$(STUDY_CORPUS) compare '$(CORPUS)' --asset-path '$(ASSETS)'
 
 # Hours: each test by chance is rerun 200 times.
-study-honesty: setup
-	$(BIN)/python tests/study_false_alarms.py
-	$(BIN)/python tests/study_false_alarms.py --compare
+study-calibration: setup
+	$(BIN)/python studies/false_alarms.py
+	$(BIN)/python studies/false_alarms.py --compare
 
 study-mutations: setup
-	$(BIN)/python tests/study_mutations.py
+	$(BIN)/python studies/error_injection.py
 
 # make study-media CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
 # without CORPUS the closed forms and the ends of the ranges
 .PHONY: study-media
 study-media: setup
-	$(BIN)/python tests/translator/study_media.py $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
+	$(BIN)/python studies/media.py $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
 
 # make study-references SCENE=glass.txt; without SCENE, of all scenes
 .PHONY: study-references
 study-references: setup
-	$(BIN)/python tests/relume/workbench/study_references.py $(SCENE)
+	$(BIN)/python studies/references.py $(SCENE)
 
 # make study-convergence CELLS="glass ibl"; without CELLS, of all materials and lights
 .PHONY: study-convergence
 study-convergence: setup
-	$(BIN)/python tests/relume/workbench/study_convergence.py $(CELLS)
+	$(BIN)/python studies/convergence.py $(CELLS)
 
 # make study-peer REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
 .PHONY: study-peer
 study-peer: setup
-	$(BIN)/python tests/relume/workbench/study_peer.py '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' \
+	$(BIN)/python studies/peer.py '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' \
 	    $(PICTURES)
 
 # Half an hour; what it prints goes into docs/scaling.md. Nothing else should run.
 .PHONY: study-scaling
-STUDY_SCALING = $(BIN)/python tests/relume/cluster/study_scaling.py
+STUDY_SCALING = $(BIN)/python studies/scaling.py
 study-scaling: setup
 	$(STUDY_SCALING) kills
 	$(STUDY_SCALING) throughput
@@ -105,8 +111,8 @@ study-scaling: setup
 # make study-metropolis CORPUS="folder of scene files"; without it the occluded room is left out
 .PHONY: study-metropolis
 study-metropolis: setup
-	$(BIN)/python tests/integrators/study_metropolis.py '$(CORPUS)'
-	$(BIN)/python tests/integrators/study_metropolis_agreement.py '$(CORPUS)'
+	$(BIN)/python studies/metropolis.py '$(CORPUS)'
+	$(BIN)/python studies/metropolis_agreement.py '$(CORPUS)'
 
 clean:
 	rm -rf $(VENV) out build *.egg-info

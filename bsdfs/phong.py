@@ -26,7 +26,7 @@ The material is one-sided; wrap it in ``twosided`` for surfaces seen from both s
 
 .. code-block:: python
 
-    import bsdfs
+    from relume import bsdfs
     mi.load_dict({'type': 'phong', 'diffuse_reflectance': 0.3, 'specular_reflectance': 0.7,
                   'exponent': 5})
 """
@@ -34,7 +34,7 @@ The material is one-sided; wrap it in ``twosided`` for surfaces seen from both s
 import drjit as dr
 import mitsuba as mi
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 from .common import diffuse_plus_lobe, polar
 

@@ -31,14 +31,15 @@ Schlick's term is not 0 for equal indices: it is (1 - cos theta)^5. Where the in
 refracted light passes straight on and the lobe is a ``Null`` one, so that integrators that look
 for emitters through index-matched boundaries (``volpath``) do so.
 
-The dispersion formulas are those of `bsdfs.dispersion`. They act in spectral variants; elsewhere
-the index at 589.3 nm serves for all colours. Use the integrator ``dispersivepath`` with them: it
-follows one wavelength from the first dispersive refraction on. Stock integrators converge to the
-same picture with more noise. Reflection is no reason to part: each wavelength gets its own F.
+The dispersion formulas are those of `relume.bsdfs.dispersion`. They act in spectral variants;
+elsewhere the index at 589.3 nm serves for all colours. Use the integrator ``dispersivepath`` with
+them: it follows one wavelength from the first dispersive refraction on. Stock integrators converge
+to the same picture with more noise. Reflection is no reason to part: each wavelength gets its own
+F.
 
 .. code-block:: python
 
-    import bsdfs
+    from relume import bsdfs
     mi.load_dict({'type': 'schlickglass', 'dispersion': 'sellmeier3', 'coefficients':
                   '1.03961212 0.00600069867 0.231792344 0.0200179144 1.01046945 103.560653'})
 """
@@ -46,7 +47,7 @@ same picture with more noise. Reflection is no reason to part: each wavelength g
 import drjit as dr
 import mitsuba as mi
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 from .common import choice
 from .dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
@@ -155,7 +156,7 @@ def define():
         def hero(self, ctx, sample):
             """Return (1 for the wavelength to follow and 0 for the others, its probability).
 
-            See `bsdfs.dispersion` for the two ways.
+            See `relume.bsdfs.dispersion` for the two ways.
             """
             count = len(mi.Spectrum())
             if ctx.type_mask & HERO_WAVELENGTH:

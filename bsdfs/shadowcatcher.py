@@ -30,7 +30,7 @@ in any other it is an ordinary diffuse surface.
 import drjit as dr
 import mitsuba as mi
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def shining_pictures(scene):

@@ -38,7 +38,7 @@ Transport", SIGGRAPH 2001, section 2.4); it is black from behind.
 
 .. code-block:: python
 
-    import bsdfs, integrators
+    from relume import bsdfs, integrators
     mi.load_dict({'type': 'subsurface', 'eta': 1.5, 'scale': 10.0,
                   'sigma_s': {'type': 'rgb', 'value': [2.19, 2.62, 3.0]},
                   'sigma_a': {'type': 'rgb', 'value': [0.0021, 0.0041, 0.0071]}})
@@ -49,7 +49,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 SUBSURFACE = 1 << 25
 """Bit outside ``mi.BSDFFlags``. In `m_flags` it marks the material; in ``BSDFContext.type_mask`` it
@@ -69,7 +69,7 @@ divided between the mirror, diffusion and the straight way inside by what each r
 
 
 @dataclass
-class Medium:
+class SubsurfaceMedium:
     """The medium behind a point: what `Subsurface.medium` returns.
 
     Attributes:
@@ -166,8 +166,8 @@ def define():
             dr.make_opaque(self.scale, self.eta, self.r_max)
 
         def medium(self, si, active=True):
-            """Return the `Medium` behind the point `si`."""
-            return Medium(
+            """Return the `SubsurfaceMedium` behind the point `si`."""
+            return SubsurfaceMedium(
                 sigma_s=self.scale * dr.maximum(self.sigma_s.eval(si, active), 0),
                 sigma_a=self.scale * dr.maximum(self.sigma_a.eval(si, active), 0),
                 g=dr.clip(self.g.eval(si, active), -1, 1),

@@ -46,7 +46,7 @@ The material is one-sided; wrap it in ``twosided`` for surfaces seen from both s
 
 .. code-block:: python
 
-    import bsdfs
+    from relume import bsdfs
     mi.load_dict({'type': 'ward', 'diffuse_reflectance': {'type': 'rgb', 'value': [0.2, 0, 0]},
                   'specular_reflectance': 0.6, 'alpha_u': 0.05, 'alpha_v': 0.3})
 """
@@ -54,7 +54,7 @@ The material is one-sided; wrap it in ``twosided`` for surfaces seen from both s
 import drjit as dr
 import mitsuba as mi
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 from .common import choice, diffuse_plus_lobe, polar
 

@@ -1,3 +1,3 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from emitters import falloffspot, ibldome, parallelbeam, twosidedarea  # noqa: F401
+from relume.emitters import falloffspot, ibldome, parallelbeam, twosidedarea  # noqa: F401

@@ -44,9 +44,9 @@ every light that is alive, also those of other scenes.)
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 NO_ATTENUATION_BELOW = 1e-3
 

@@ -38,7 +38,7 @@ shading point :math:`x` is
 A single texel of extreme radiance, such as the sun, is thus found as often as it matters.
 
 A stock sphere is intersected in single precision. For domes beyond about ten thousand times the
-size of the scene use an `envmap`, for which `emitters.domemaps.resample_to_latlong` prepares the
+size of the scene use an `envmap`, for which `relume.emitters.domemaps.resample_to_latlong` prepares the
 image.
 
 .. code-block:: python
@@ -51,10 +51,10 @@ image.
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from relume.emitters.common import sample_side, spawn_ray, sphere_of
+from relume.emitters.domemaps import cell_solid_angles, find_map, texel
 
-from emitters.common import sample_side, spawn_ray, sphere_of
-from emitters.domemaps import cell_solid_angles, find_map, texel
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def read_image(props):

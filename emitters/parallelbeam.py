@@ -38,9 +38,9 @@ never does. Legacy scenes put `irradiance` to :math:`\pi` times the emission of 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def define():

@@ -36,9 +36,9 @@ promises that their :math:`(u, v)` cover the image once.
 
 import drjit as dr
 import mitsuba as mi
+from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
 
-from emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone

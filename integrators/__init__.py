@@ -1,3 +1,3 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from . import dipole, dispersivepath, erpt, pssmlt, sensorresponse, shadowcatching  # noqa: F401
+from . import dipole, dispersivepath, erpt, pssmlt, samplescale, shadowcatching  # noqa: F401

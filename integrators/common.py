@@ -22,7 +22,7 @@ def nested_integrator(props):
     return nested[0]
 
 
-def part(integrator, min_depth, max_depth):
+def with_depth_range(integrator, min_depth, max_depth):
     """An integrator for the light of some paths alone.
 
     Args:
@@ -33,10 +33,10 @@ def part(integrator, min_depth, max_depth):
     Raises:
         ValueError: the integrator cannot part its light.
     """
-    if not hasattr(integrator, "part"):
+    if not hasattr(integrator, "with_depth_range"):
         name = integrator.class_name()
         raise ValueError(f"{name} cannot leave out the light of some paths; dispersivepath can")
-    return integrator.part(min_depth, max_depth)
+    return integrator.with_depth_range(min_depth, max_depth)
 
 
 def path_depths(props):

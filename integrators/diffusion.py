@@ -28,8 +28,7 @@ distribution F_t of leaving light is normalized, as in the directional one.
 
 import drjit as dr
 import mitsuba as mi
-
-from bsdfs.subsurface import TINY, boundary_factor, diffuse_reflectance, reduced
+from relume.bsdfs.subsurface import TINY, boundary_factor, diffuse_reflectance, reduced
 
 TAIL = 1e-3
 """Share of the light, at most, that a search without a radius of its own leaves out."""
@@ -111,7 +110,7 @@ class Standard:
     """The dipole of Jensen et al. 2001.
 
     Args:
-        medium: `bsdfs.subsurface.Medium`.
+        medium: `relume.bsdfs.subsurface.SubsurfaceMedium`.
         extent: largest distance in the scene [scene unit].
     """
 
@@ -184,7 +183,7 @@ class Standard:
         """Return the rest of the kernel, without the cosine.
 
         Args:
-            medium: `bsdfs.subsurface.Medium`.
+            medium: `relume.bsdfs.subsurface.SubsurfaceMedium`.
             leave: `Leave`, where the light leaves.
             si: where it enters.
             wi: local direction to the light, above the surface.

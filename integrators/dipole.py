@@ -17,7 +17,7 @@ not mirrored leaves by
 
     L_o(x_o, o) = int_A int S(x_i, i; x_o, o) L_i(x_i, i) (n_i.i) di dA(x_i).
 
-**Multiple scattering.** `integrators.diffusion` has the three kernels:
+**Multiple scattering.** `relume.integrators.diffusion` has the three kernels:
 
     standard     S = F_t(i) R(|x_o - x_i|) F_t(o) / pi      Jensen et al. 2001
     directional  S = F_t(i) S_d(x_i, i; x_o) F_t(o)         Frisvad et al. 2014
@@ -25,7 +25,7 @@ not mirrored leaves by
                  c = int F_t(o) (n.o) do / pi
 
 F_t is Fresnel's transmittance. The points x_i are found by probe rays on the same object (see
-`integrators.probing`); from there the path goes on as from a diffuse surface, with emitter
+`relume.integrators.probing`); from there the path goes on as from a diffuse surface, with emitter
 sampling.
 
 **Single scattering** (level -1, ``standard`` alone; the other profiles hold it). The path refracts
@@ -47,7 +47,7 @@ Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering 
 
 .. code-block:: python
 
-    import bsdfs, integrators
+    from relume import bsdfs, integrators
     mi.load_dict({'type': 'dipole', 'profile': 'standard', 'max_depth': 16})
 """
 
@@ -55,15 +55,15 @@ from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
+from relume.bsdfs.common import choice
+from relume.bsdfs.subsurface import SUBSURFACE
+from relume.integrators.common import path_depths, power_heuristic
+from relume.integrators.diffusion import PROFILES
+from relume.integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
+from relume.integrators.media import Media, medium_of
+from relume.integrators.probing import find_entry
 
-from bsdfs.common import choice
-from bsdfs.subsurface import SUBSURFACE
-from integrators.common import path_depths, power_heuristic
-from integrators.diffusion import PROFILES
-from integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
-from integrators.media import Media, medium_of
-from integrators.probing import find_entry
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on

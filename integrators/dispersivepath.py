@@ -14,22 +14,22 @@ parameter        type      meaning
 The estimator is that of the stock ``path`` (emitter sampling and BSDF sampling combined by the
 power heuristic) and, without dispersion, gives the same picture from the same random numbers. At
 the first dispersive refraction of a path it drops all wavelengths but the first and multiplies
-the throughput by their number, once: see `bsdfs.dispersion`. It needs a spectral variant for that;
-elsewhere it is a plain path tracer. Emitters are always visible. Primal rendering only: to
-differentiate a scene use ``prb``, which treats dispersion without bias, if with more noise.
+the throughput by their number, once: see `relume.bsdfs.dispersion`. It needs a spectral variant
+for that; elsewhere it is a plain path tracer. Emitters are always visible. Primal rendering only:
+to differentiate a scene use ``prb``, which treats dispersion without bias, if with more noise.
 
 .. code-block:: python
 
-    import bsdfs, integrators
+    from relume import bsdfs, integrators
     mi.load_dict({'type': 'dispersivepath', 'max_depth': 16})
 """
 
 import drjit as dr
 import mitsuba as mi
+from relume.bsdfs.dispersion import HERO_WAVELENGTH
+from relume.integrators.common import path_depths, power_heuristic
 
-from bsdfs.dispersion import HERO_WAVELENGTH
-from integrators.common import path_depths, power_heuristic
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def define():
@@ -43,7 +43,7 @@ def define():
             if self.min_depth < 1:
                 raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
 
-        def part(self, min_depth, max_depth):
+        def with_depth_range(self, min_depth, max_depth):
             """The same integrator for the light of paths of some lengths alone."""
             return mi.load_dict(
                 {

@@ -37,10 +37,10 @@ a limit of consecutive rejections, as in the paper's filters, would darken the p
 
 import mitsuba as mi
 import numpy as np
+from relume.integrators.markovchains import Walk, walk_chains
+from relume.integrators.metropolis import effective, metropolis_class, resampled
 
-from integrators.markovchains import Walk, walk_chains
-from integrators.metropolis import effective, metropolis_class, resampled
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def define():

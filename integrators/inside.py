@@ -2,18 +2,18 @@
 
 import drjit as dr
 import mitsuba as mi
-
-from bsdfs.subsurface import Medium
-from integrators.diffusion import component, pick, transmitted
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.diffusion import component, pick, transmitted
 
 MAX_G = 0.999
 """Largest |g| of the phase function: beyond, its peak exceeds what float32 resolves."""
 
 
 def no_medium():
-    """The `Medium` of lanes that have none."""
+    """The `SubsurfaceMedium` of lanes that have none."""
     zero = mi.Spectrum(0)
-    return Medium(zero, mi.Spectrum(0), mi.Spectrum(0), mi.Float(1), mi.Float(0), mi.Spectrum(0))
+    one, none = mi.Float(1), mi.Float(0)
+    return SubsurfaceMedium(zero, mi.Spectrum(0), mi.Spectrum(0), one, none, mi.Spectrum(0))
 
 
 def clamped(g):
@@ -25,7 +25,7 @@ def phase(medium, cos):
     """Return Henyey and Greenstein's phase function per channel [1/sr].
 
     Args:
-        medium: `Medium`.
+        medium: `SubsurfaceMedium`.
         cos: cosine between the directions of travel before and after.
     """
     g = clamped(medium.g)
@@ -43,7 +43,7 @@ def sample_phase(medium, throughput, d, sample1, sample2):
     """Draw a direction of travel by the phase function of one channel.
 
     Args:
-        medium: `Medium`.
+        medium: `SubsurfaceMedium`.
         throughput: ``mi.Spectrum``, the weights of the channels.
         d: direction of travel before.
         sample1: uniform variate for the channel.
@@ -63,7 +63,7 @@ def flight(medium, throughput, distance, sample):
     """Draw where a path inside scatters, with the channels weighed by the throughput.
 
     Args:
-        medium: `Medium`.
+        medium: `SubsurfaceMedium`.
         throughput: ``mi.Spectrum``.
         distance: to the other side of the object.
         sample: ``mi.Point2f``, uniform variates.
@@ -86,13 +86,14 @@ def out(medium, si, w, before):
     """Follow a path that has scattered inside straight out of the boundary.
 
     Args:
-        medium: `Medium`.
+        medium: `SubsurfaceMedium`.
         si: on the boundary, `si.t` from the point of scattering.
         w: direction of travel.
         before: direction of travel before the scattering.
 
     Returns:
-        ``mi.Spectrum``: phase function, attenuation and transmittance (see `integrators.dipole`).
+        ``mi.Spectrum``: phase function, attenuation and transmittance (see
+        `relume.integrators.dipole`).
     """
     cos = dr.dot(w, si.sh_frame.n)
     F_t, cos_t = transmitted(dr.maximum(cos, 0), medium.eta)

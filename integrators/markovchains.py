@@ -27,9 +27,16 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-
-from integrators.primarysamples import MUTATIONS, PEAK, key, luminance, mixed, moved, uniform
-from integrators.uniformsamples import on_film, seeds_of
+from relume.integrators.primarysamples import (
+    MUTATIONS,
+    PEAK,
+    hash_u32,
+    key,
+    luminance,
+    moved,
+    uniform,
+)
+from relume.integrators.uniformsamples import on_film, seeds_of
 
 STORED = 128
 """Numbers of a state that are kept."""
@@ -176,7 +183,7 @@ def _walk(
     while dr.hint(step <= steps, label="Markov chains"):
         # Step 0 takes the seed and shows nothing.
         first = step == 0
-        keyed = mixed(chain[0] ^ (step * 0x85EBCA6B)), chain[1] + step
+        keyed = hash_u32(chain[0] ^ (step * 0x85EBCA6B)), chain[1] + step
         keyed = dr.select(first, own[0], keyed[0]), dr.select(first, own[1], keyed[1])
         is_large = first | (uniform(keyed, mi.UInt32(LARGE)) < p_large)
         q = uniform(keyed, mi.UInt32(SIZE))

@@ -3,8 +3,7 @@
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-
-from integrators.inside import no_medium
+from relume.integrators.inside import no_medium
 
 
 class Media:
@@ -75,5 +74,5 @@ def leaf_materials(bsdf):
 
 
 def medium_of(bsdf, si, active):
-    """The `Medium` of one BSDF, for ``dr.dispatch``."""
+    """The `SubsurfaceMedium` of one BSDF, for ``dr.dispatch``."""
     return bsdf.medium(si, active) if hasattr(bsdf, "medium") else no_medium()

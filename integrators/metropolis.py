@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-
-from integrators.common import NO_LIMIT, nested_integrator, part
-from integrators.primarysamples import MUTATIONS, Paths
-from integrators.uniformsamples import pixel_means, uniform_samples
+from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
+from relume.integrators.primarysamples import MUTATIONS, Paths
+from relume.integrators.uniformsamples import pixel_means, uniform_samples
 
 PILOT = 2**15
 """Uniform samples of each half of the pilot."""
@@ -182,8 +181,8 @@ def metropolis_class(_variant):
                 raise ValueError(f"direct_samples is {self.direct_samples}, but must be 0 or more")
             self.chained = self.nested
             if self.direct_samples:
-                self.direct = part(self.nested, 1, DIRECT)
-                self.chained = part(self.nested, DIRECT + 1, NO_LIMIT)
+                self.direct = with_depth_range(self.nested, 1, DIRECT)
+                self.chained = with_depth_range(self.nested, DIRECT + 1, NO_LIMIT)
             self.pilots = {}
             self.tally = Tally()
 

@@ -25,7 +25,7 @@ def half_mixed(x):
     return x ^ (x >> 15)
 
 
-def mixed(x):
+def hash_u32(x):
     """A permutation of the 32-bit integers: every bit of the result depends on every bit of `x`."""
     x = half_mixed(x) * 0x846CA68B
     return x ^ (x >> 16)
@@ -41,8 +41,8 @@ def key(index, seed):
     Returns:
         Two words, `mi.UInt32`.
     """
-    first = mixed(index ^ mixed(seed))
-    return first, mixed(first ^ 0x51ED270B)
+    first = hash_u32(index ^ hash_u32(seed))
+    return first, hash_u32(first ^ 0x51ED270B)
 
 
 def uniform(key, dimension):

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
-
-from integrators.diffusion import pick
+from relume.integrators.diffusion import pick
 
 AXES = (0.5, 0.25, 0.25)
 """Probabilities of the normal and the two tangents."""
@@ -67,7 +66,7 @@ def find_entry(scene, si, profile, throughput, sample1, sample2, sample3, active
     Args:
         scene: the scene.
         si: where light leaves.
-        profile: of `integrators.diffusion`, for the medium behind `si`.
+        profile: of `relume.integrators.diffusion`, for the medium behind `si`.
         throughput: ``mi.Spectrum`` of the path, which the choice of the channel follows.
         sample1: ``mi.Point2f``, uniform variates for channel and axis.
         sample2: ``mi.Point2f``, for the point on the disk.

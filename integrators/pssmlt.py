@@ -29,7 +29,7 @@ r"""Metropolis light transport in primary sample space (`pssmlt`)
      - Ordinary samples to each mutation, at least one of a pixel, that find emitters and direct
        light; 0 leaves them to the chains. The nested integrator must be able to part its light, as
        ``dispersivepath`` is. (Default: 0)
-   * - hand_over: boolean
+   * - fallback: boolean
      - Leave scenes whose paths are all about equally bright to plain sampling. (Default: true)
 
 The nested integrator traces its paths from the numbers of Markov chains instead of independent
@@ -79,10 +79,10 @@ bright path show as bright pixels; `docs/metropolis.md` tells how many.
 
 import mitsuba as mi
 import numpy as np
+from relume.integrators.markovchains import Walk, walk_chains
+from relume.integrators.metropolis import effective, metropolis_class, resampled
 
-from integrators.markovchains import Walk, walk_chains
-from integrators.metropolis import effective, metropolis_class, resampled
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 SHORTEST = 64
 """A chain walks at least as many steps, or there are fewer chains."""
@@ -102,14 +102,14 @@ def define():
             super().__init__(props)
             self.p_large = props.get("large_step_probability", 0.3)
             self.chains = props.get("chains", 16384 if "cuda" in mi.variant() else 256)
-            self.hand_over = props.get("hand_over", True)
+            self.fallback = props.get("fallback", True)
             if not 0 <= self.p_large <= 1:
                 raise ValueError(f"large_step_probability is {self.p_large}, not from 0 to 1")
             if self.chains < 2:
                 raise ValueError(f"chains is {self.chains}, but must be 2 or more")
 
         def why_plain(self, pilot):
-            calm = self.hand_over and pilot.spread < CALM
+            calm = self.fallback and pilot.spread < CALM
             return super().why_plain(pilot) or (calm and "paths are about equally bright") or ""
 
         def picture(self, paths, pilot, rng, spp):

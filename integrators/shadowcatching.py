@@ -18,9 +18,9 @@ Source: the legacy manual, `shadow`; scene language section 11.7.
 """
 
 import mitsuba as mi
+from relume.integrators.common import nested_integrator, with_depth_range
 
-from integrators.common import nested_integrator, part
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def define():
@@ -31,8 +31,8 @@ def define():
             mi.SamplingIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
 
-        def part(self, min_depth, max_depth):
-            nested = part(self.nested, min_depth, max_depth)
+        def with_depth_range(self, min_depth, max_depth):
+            nested = with_depth_range(self.nested, min_depth, max_depth)
             return mi.load_dict({"type": "shadowcatching", "nested": nested})
 
         def aov_names(self):

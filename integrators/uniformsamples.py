@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-
-from integrators.primarysamples import key, luminance, uniform
+from relume.integrators.primarysamples import key, luminance, uniform
 
 STRATUM = 0xFFFFFFF2
 """Dimension of the random number that is no part of a path."""

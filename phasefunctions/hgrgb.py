@@ -34,7 +34,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 BLUE, GREEN, RED = 464.0, 549.0, 611.0
 """Dominant wavelengths of the primaries of sRGB [nm]."""

@@ -1,7 +1,7 @@
 """Legacy scene files, lit again: an old keyword scene language rendered by Mitsuba 3.
 
-Importing relume chooses the LLVM library that Dr.Jit uses and registers relume's plugins under
-every Mitsuba variant that gets set, before or after::
+Importing relume, or any module of it, chooses the LLVM library that Dr.Jit uses and registers
+relume's plugins under every Mitsuba variant that gets set, before or after::
 
     import relume
 
@@ -10,7 +10,12 @@ every Mitsuba variant that gets set, before or after::
     scene = relume.translate(document)               # for mi.load_dict
     found = relume.compare("room.txt", with_="volpath")           # found.verdict(), found.report()
     measured = relume.chart("room.txt", seconds=30)               # measured.curves
+
+What a name needs is loaded when it is used first, so that importing relume costs little more than
+importing Mitsuba.
 """
+
+import importlib
 
 from relume import llvm
 
@@ -18,9 +23,23 @@ llvm.check_versions()
 llvm.install()
 
 from relume import plugins  # noqa: E402, F401
-from relume.application import read, render, translate  # noqa: E402
-from relume.workbench.charting import chart  # noqa: E402
-from relume.workbench.comparing import compare  # noqa: E402
-from translator.diagnostics import SceneError  # noqa: E402
 
-__all__ = ["SceneError", "chart", "compare", "read", "render", "translate"]
+_HOMES = {
+    "SceneError": "relume.translator.diagnostics",
+    "chart": "relume.workbench.charting",
+    "compare": "relume.workbench.comparing",
+    "read": "relume.application",
+    "render": "relume.application",
+    "translate": "relume.application",
+}
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name):
+    if name not in _HOMES:
+        raise AttributeError(f"module 'relume' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

@@ -5,12 +5,11 @@ import warnings
 from contextlib import contextmanager
 
 import mitsuba as mi
+from relume.translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
+from relume.translator.plan import METROPOLIS, with_samples
 
-import translator
-from relume import llvm
+from relume import llvm, translator
 from relume.session import CannotRender, Session, reason, use_threads, variant
-from translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
-from translator.plan import METROPOLIS, with_samples
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
@@ -24,7 +23,7 @@ def read(path, environ=None):
         environ: environment variables that override the file; by default those of the process.
 
     Returns:
-        The typed `translator.document.Document`.
+        The typed `relume.translator.document.Document`.
 
     Raises:
         SceneError: every error in the file, with line and column.

@@ -4,12 +4,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.source_text import read_lines
 from rich.markup import escape
 from rich.table import Table
 
-import translator
-from translator.diagnostics import Problem, SceneError
-from translator.source_text import read_lines
+from relume import translator
 
 EXIT = {"ok": 0, "error": 1, "unsupported": 3}
 """Exit status of each status; of several files the errors count first."""
@@ -27,11 +27,11 @@ def check_file(path, dialect="manual", asset_path=(), environ=None):
     problems, reports, plan, status = [], [], None, "ok"
     try:
         document, problems = translator.parse(read_lines(path), path, environ)
-        reports = document.source.all
+        reports = document.lines.all
         # Of a document with errors, a camera that looks nowhere is told once, not again by numpy.
         with np.errstate(all="ignore" if problems else None):
             translation = translator.translate(document, dialect, asset_path)
-        reports, status = translation.document.source.all, translation.status()
+        reports, status = translation.document.lines.all, translation.status()
         plan = translation.plan.as_dict()
     except SceneError as error:
         problems = sorted({*problems, *error.problems})

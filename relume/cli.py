@@ -6,9 +6,8 @@ import sys
 import warnings
 
 import click
+from relume.translator.dialects import DIALECTS
 from rich.console import Console
-
-from translator.dialects import DIALECTS
 
 SIZE = "WIDTHxHEIGHT"
 
@@ -386,9 +385,10 @@ class readable_errors:
         return self
 
     def __exit__(self, _kind, error, _trace):
+        from relume.translator.diagnostics import SceneError
+
         from relume.output import OutputError
         from relume.session import CannotRender
-        from translator.diagnostics import SceneError
 
         if isinstance(error, SceneError):
             for line in error.described():

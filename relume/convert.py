@@ -6,13 +6,13 @@ from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
+from relume.translator.media import AROUND, REFERENCE
+from relume.translator.scene import OWN_PLUGINS
+from relume.translator.scene_values import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 
-import translator
+from relume import translator
 from relume.application import for_mitsuba, read, usable_variant
 from relume.session import two_threads, variant
-from translator.media import AROUND, REFERENCE
-from translator.neutral import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
-from translator.scene import OWN_PLUGINS
 
 
 def write_xml(path, out, dialect="manual", asset_path=()):
@@ -133,7 +133,7 @@ def python_source(path, dialect="manual", asset_path=()):
     return (
         "import relume  # first: it sets up LLVM and registers the plugins\n\n"
         "import mitsuba as mi\nimport numpy as np\n\n"
-        "from translator.neutral import Mesh, Picture, mitsuba_mesh\n\n"
+        "from relume.translator.scene_values import Mesh, Picture, mitsuba_mesh\n\n"
         f"mi.set_variant({translation.plan.variant!r})\n\n"
         f"{_medium(translation.scene)}scene = {_source(translation.scene, 0)}\n"
     )

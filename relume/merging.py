@@ -3,8 +3,8 @@
 import dataclasses
 from pathlib import Path
 
-from relume import identity, output, passes_file
-from relume.passes import PassSet, Plan
+from relume import fingerprint, output, passes_file
+from relume.passes import PassPlan, PassSet
 from relume.rendering import PASSES
 
 
@@ -64,7 +64,7 @@ def checked(parts):
     first, *_ = headers.values()
     owned, done = [], PassSet()
     for part, header in headers.items():
-        found = list(identity.differences(header.render, first.render))
+        found = list(fingerprint.differences(header.render, first.render))
         if found:
             raise CannotMerge(f"{part} does not belong to {parts[0]}: {'; '.join(found)}")
         for start, stop, _ in header.done.runs:
@@ -78,5 +78,5 @@ def checked(parts):
         seconds=sum(header.seconds for header in headers.values()),
         spp=max(header.spp for header in headers.values()),
     )
-    plan = Plan(whole.spp, whole.render[identity.PER_PASS])
+    plan = PassPlan(whole.spp, whole.render[fingerprint.PER_PASS])
     return whole, plan.passes().without(done)

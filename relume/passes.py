@@ -2,7 +2,7 @@
 
 A pass is known by its index and its number of samples of a pixel; with the content of the scene,
 the integrator and the seed it says which samples those are. The first passes of a render have as
-many samples each as `Plan` gives a pass, the last one has the rest.
+many samples each as `PassPlan` gives a pass, the last one has the rest.
 """
 
 import re
@@ -33,7 +33,7 @@ class Pass:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PassPlan:
     """How many samples of a pixel are taken, and by how many at a time."""
 
     spp: int
@@ -49,7 +49,7 @@ class Plan:
             spp: samples of a pixel.
             per_pass: those of a pass; None for as many as make `SAMPLES_PER_PASS`.
         """
-        return Plan(int(spp), per_pass or max(1, SAMPLES_PER_PASS // (width * height)))
+        return PassPlan(int(spp), per_pass or max(1, SAMPLES_PER_PASS // (width * height)))
 
     def passes(self):
         """The `PassSet` of the whole render."""

@@ -32,7 +32,7 @@ class Header:
     """What a file says of its passes.
 
     Attributes:
-        render: which render they are of, as `identity.of_render`.
+        render: which render they are of, as `fingerprint.of_render`.
         spp: samples of a pixel that the render is to have in the end.
         seconds: time that they took.
         gamma: the scene's `gamma_offset`, for pictures encoded for display.

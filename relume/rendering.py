@@ -6,6 +6,7 @@ import sys
 from contextlib import closing, contextmanager
 from pathlib import Path
 
+from relume.translator.plan import metropolis, mutations
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -15,15 +16,13 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-import translator
 from relume import cluster as clusters
-from relume import identity, output
+from relume import fingerprint, output, translator
 from relume.application import prepared, read, resized, usable_variant
-from relume.keeping import Keeper
-from relume.passes import Plan
+from relume.checkpoint import Checkpoint
+from relume.passes import PassPlan
 from relume.passes_file import Header
 from relume.session import CannotRender, add_up
-from translator.plan import metropolis, mutations
 
 DUMP_INTERVAL = 60.0
 """With a time limit the picture so far is written each minute, as the manual says [s]."""
@@ -91,15 +90,15 @@ def render_file(
     destination = Destination(document, out)
     destination.check(passes)
     planned = translation.plan
-    plan = Plan.of(planned.width, planned.height, planned.spp, per_pass)
+    plan = PassPlan.of(planned.width, planned.height, planned.spp, per_pass)
     name = usable_variant(planned, variant)
     header = Header(
-        render=identity.of_render(translation, name, seed, integrator, plan.per_pass),
+        render=fingerprint.of_render(translation, name, seed, integrator, plan.per_pass),
         spp=plan.spp,
         seconds=0.0,
         gamma=document.gamma_offset,
     )
-    keeper = Keeper(destination.passes_path(), header, console)
+    keeper = Checkpoint(destination.passes_path(), header, console)
     accumulator = keeper.begin(planned.width, planned.height, resume)
     to_do = chosen(plan, accumulator.done, passes)
     asked = accumulator.spp + to_do.spp
@@ -147,7 +146,7 @@ def chosen(plan, done, passes=None):
     """The `PassSet` to render.
 
     Args:
-        plan: `Plan`.
+        plan: `PassPlan`.
         done: `PassSet` of those that are there.
         passes: (start, stop) of the only ones wanted, or None.
 
@@ -166,7 +165,7 @@ def chosen(plan, done, passes=None):
 def report(translation, console):
     """Say what of the scene is not rendered as written."""
     for outcome, style in (("unsupported", "red"), ("approximated", "yellow")):
-        lines = [r for r in translation.document.source.all if r.outcome == outcome and r.note]
+        lines = [r for r in translation.document.lines.all if r.outcome == outcome and r.note]
         for line in lines[:12]:
             console.print(
                 f"[{style}]{outcome}[/] line {line.line}, {line.keyword}: {line.note}",

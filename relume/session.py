@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from relume.translator.media import BOUNDARY
 
 from relume.accumulator import Accumulator
-from relume.passes import Pass, Plan
-from translator.media import BOUNDARY
+from relume.passes import Pass, PassPlan
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
@@ -147,7 +147,7 @@ class Session:
         self.seed = int(seed)
         self.width, self.height = (int(x) for x in self.sensor.film().crop_size())
         self.by_sample = "scalar" not in mi.variant() and samples_rays(self.integrator)
-        self.plan = Plan.of(self.width, self.height, self.spp)
+        self.plan = PassPlan.of(self.width, self.height, self.spp)
         self.accumulator = Accumulator(self.width, self.height)
 
     def run(self):

@@ -1,3 +1,3 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from sensors import screencamera  # noqa: F401
+from relume.sensors import screencamera  # noqa: F401

@@ -32,7 +32,7 @@ Source: the renderer's manual, `SCREEN`; scene language sections 5.1 and 5.5.
 import drjit as dr
 import mitsuba as mi
 
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 
 def define():

@@ -5,7 +5,7 @@ Such a test states how often a right program fails it, were its seeds not fixed:
     @pytest.mark.false_alarms(1e-3)
     def test_mean(chance): ...
 
-`make study-honesty` holds it to that, with other seeds and a part of the samples: see
+`make study-calibration` holds it to that, with other seeds and a part of the samples: see
 `--other-seeds` and `--reduced`. A test in which few samples hold much of the light says how far
 they may be divided, `false_alarms(1e-3, reduced=4)`.
 """
@@ -35,7 +35,7 @@ def threads(monkeypatch):
 
 
 def pytest_addoption(parser):
-    group = parser.getgroup("honesty")
+    group = parser.getgroup("calibration")
     group.addoption(
         "--other-seeds", type=int, default=0, help="run each test by chance with N other seeds"
     )

@@ -1,25 +1,46 @@
 """Imports run one way: relume uses translator, the plugins know neither."""
 
 import ast
+import sys
 from pathlib import Path
 
 import pytest
 
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
 ROOT = Path(__file__).parents[1]
 PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "sensors"}
-FORBIDDEN = {package: {"relume", "translator"} for package in PLUGINS} | {
-    "translator": {"relume", *PLUGINS},
-    "registration.py": {"relume", "translator", *PLUGINS},
+FORBIDDEN = {package: {"application", "translator"} for package in PLUGINS} | {
+    "translator": {"application", "registration", *PLUGINS},
+    "relume/registration.py": {"application", "translator", *PLUGINS},
 }
 
 
+def sources():
+    """All Python files of the checkout that are ours."""
+    parts = ("relume", "translator", "tests", "studies", "scenes", *sorted(PLUGINS))
+    return [file for part in parts for file in sorted((ROOT / part).rglob("*.py"))]
+
+
 def imported(file):
-    """Names of the packages that a file imports anywhere, with the line."""
+    """Dotted names of all that a file imports anywhere, with the line."""
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from ((alias.name.partition(".")[0], node.lineno) for alias in node.names)
+            yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            yield node.module.partition(".")[0], node.lineno
+            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+
+
+def part_of(name):
+    """The part of relume that a dotted name belongs to; `application` for all without a folder."""
+    package, _, rest = name.partition(".")
+    if package != "relume":
+        return package
+    first = rest.partition(".")[0]
+    return first if first in {"translator", "registration", *PLUGINS} else "application"
 
 
 @pytest.mark.parametrize("package", FORBIDDEN)
@@ -30,9 +51,33 @@ def test_imports_run_one_way(package):
         f"{file.relative_to(ROOT)}:{line} imports {name}"
         for file in files
         for name, line in imported(file)
-        if name in FORBIDDEN[package]
+        if part_of(name) in FORBIDDEN[package]
     ]
     assert found == []
+
+
+def test_all_is_imported_as_relume():
+    """The folders are packages below relume: by their own names they are found by chance."""
+    old = {"translator", "registration", *PLUGINS}
+    found = [
+        f"{file.relative_to(ROOT)}:{line} imports {name}"
+        for file in sources()
+        for name, line in imported(file)
+        if name.partition(".")[0] in old
+    ]
+    assert found == []
+
+
+def test_every_folder_is_a_package():
+    """What setuptools installs is listed by hand: nothing is left out, nothing is invented."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = {
+        file.parent.relative_to(ROOT)
+        for file in sources()
+        if file.name == "__init__.py" and file.parts[len(ROOT.parts)] not in ("tests", "studies")
+    }
+    names = {".".join(f.parts if f.parts[0] == "relume" else ("relume", *f.parts)) for f in folders}
+    assert set(settings["packages"]) == names
 
 
 @pytest.mark.parametrize("package", sorted(PLUGINS))

@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
-from translator.diagnostics import Problem
-from translator.expressions import clip
-from translator.shapes import MeshFile
+from relume.translator.diagnostics import Problem
+from relume.translator.expressions import clip
+from relume.translator.shapes import MeshFile
 
 MAX_ENTRIES = 100_000
 """Most entries of the folders of `asset_path` that are looked at."""
@@ -80,13 +80,13 @@ class Assets:
 
     def _named(self, document):
         if document.background_texture is not None:
-            yield self._place(document.source, "background_texture", document.background_texture)
+            yield self._place(document.lines, "background_texture", document.background_texture)
         for block in document.objects:
             if isinstance(block.shape, MeshFile):
-                yield block.source.line() + 1, 1, block.shape.file
+                yield block.lines.line() + 1, 1, block.shape.file
             for field in ("texture", "bump_texture", "ibl_texture"):
                 if (name := getattr(block, field)) is not None:
-                    yield self._place(block.source, field, name)
+                    yield self._place(block.lines, field, name)
 
     def _place(self, source, field, name):
         return source.line(field), len(field) + 2, name

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from translator.diagnostics import Source
-from translator.keywords import SAME_LINE, document_fields, keyword
+from relume.translator.diagnostics import LineReports
+from relume.translator.keywords import SAME_LINE, document_fields, keyword
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class BlackHole:
                                              "Picture of the sky.")
     map_coef: tuple = outside("map_coef", "number", 4, (1.0, 0.0, 1.0, 0.0), "Turn of the sky.")
     coef: float = outside("coef", "number", 1, 1.0, "Factor of the sky.")
-    source: Source = field(default_factory=Source, compare=False, repr=False)
+    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
 
 
 @document_fields
@@ -78,4 +78,4 @@ class WormHole:
                                "Turn of the far sky.")
     coef1: float = outside("coef1", "number", 1, 1.0, "Factor of the near sky.")
     coef2: float = outside("coef2", "number", 1, 1.0, "Factor of the far sky.")
-    source: Source = field(default_factory=Source, compare=False, repr=False)
+    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)

@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
-
-from translator.images import bump_height, read_image
-from translator.neutral import Mesh, Picture
-from translator.shapes import Hemisphere, Sphere
+from relume.translator.images import bump_height, read_image
+from relume.translator.scene_values import Mesh, Picture
+from relume.translator.shapes import Hemisphere, Sphere
 
 SLOPE = 25.5
 """Slope of the surface where the picture steps from black to white within one texel: what the

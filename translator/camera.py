@@ -4,9 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from translator.geometry import affine, compose, point, rotation, unit
-from translator.neutral import Matrix
+from relume.translator.geometry import affine, compose, point, rotation, unit
+from relume.translator.scene_values import Matrix
 
 NEAR, FAR = 1e-6, 1e12
 """Clip distances: the original program has none, so they are out of reach [scene unit]."""
@@ -103,7 +102,7 @@ def film(document):
     if document.tent_filter:
         reconstruction = {"type": "tent", "radius": 0.5}
         note = "a tent of half-width 0.5 pixel, centred; the program's is off by a quarter pixel"
-        document.source.remark("tent_filter", note)
+        document.lines.remark("tent_filter", note)
     else:
         reconstruction = {"type": "box"}
     return {
@@ -118,7 +117,7 @@ def film(document):
 
 def account(document, dialect):
     """Notes on the camera's lines: rows of the table of dialects, and what has no effect."""
-    source = document.source
+    source = document.lines
     if document.camera_angle is not None:
         source.becomes("screen", "ignored", "CAMERA_ANGLE sets the field of view")
         if document.image[0] != document.image[1]:

@@ -2,10 +2,10 @@
 
 import math
 
-from translator.diagnostics import Problem
-from translator.document import MAX_PIXELS, MAX_SAMPLES
-from translator.plan import metropolis, samples, samples_reason
-from translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
+from relume.translator.diagnostics import Problem
+from relume.translator.document import MAX_PIXELS, MAX_SAMPLES
+from relume.translator.plan import metropolis, samples, samples_reason
+from relume.translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
 
 NARROWEST, WIDEST = 1e-3, 179.9
 """Field of view that a camera can have [degree]."""
@@ -40,11 +40,11 @@ def _picture(document, problems):
     width, height = document.image
     if width * height > MAX_PIXELS:
         message = f"IMAGE of {width} x {height} pixels, expected at most {MAX_PIXELS} in all"
-        _problem(problems, document.source, "image", message, "range")
+        _problem(problems, document.lines, "image", message, "range")
     if samples(document) > MAX_SAMPLES:
         message = f"{samples_reason(document)}: expected at most 2^40 samples a pixel"
         field = "mutation" if metropolis(document) else "sampling"
-        _problem(problems, document.source, field, message, "range")
+        _problem(problems, document.lines, field, message, "range")
 
 
 def _camera(document, problems):
@@ -55,12 +55,12 @@ def _camera(document, problems):
         field, direction = "camera_dir", document.camera_dir
     if not _usable(direction):
         word = "TARGET_POS equal to CAMERA_POS" if field == "target_pos" else "CAMERA_DIR 0 0 0"
-        _problem(problems, document.source, field, f"{word}: the camera has no direction")
+        _problem(problems, document.lines, field, f"{word}: the camera has no direction")
     elif not _usable(document.camera_upvec):
-        _problem(problems, document.source, "camera_upvec", "CAMERA_UPVEC of length 0")
+        _problem(problems, document.lines, "camera_upvec", "CAMERA_UPVEC of length 0")
     elif _parallel(direction, document.camera_upvec):
         message = "CAMERA_UPVEC is parallel to the viewing direction"
-        _problem(problems, document.source, "camera_upvec", message)
+        _problem(problems, document.lines, "camera_upvec", message)
 
 
 def _field_of_view(document, problems):
@@ -73,23 +73,23 @@ def _field_of_view(document, problems):
             wanted = f"expected {NARROWEST:g} to {WIDEST:g} degrees"
             found = f"{side} {size:g} at distance {distance:g} is {angle:.3g} degrees"
             message = f"SCREEN: {found}, {wanted}"
-            _problem(problems, document.source, "screen", message, "range")
+            _problem(problems, document.lines, "screen", message, "range")
             return
 
 
 def _shape(block, problems):
     shape = block.shape
     if isinstance(shape, Plane | Disk | Annulus) and not _usable(shape.normal):
-        _problem(problems, block.source, "", "a normal of length 0")
+        _problem(problems, block.lines, "", "a normal of length 0")
     if isinstance(shape, InfinityLight) and not _usable(shape.direction):
-        _problem(problems, block.source, "", "infinity_light with a direction of length 0")
+        _problem(problems, block.lines, "", "infinity_light with a direction of length 0")
     if isinstance(shape, UVPlane) and (
         not _usable(shape.u) or not _usable(shape.v) or _parallel(shape.u, shape.v)
     ):
-        _problem(problems, block.source, "", "uvplane with edges that span no area")
+        _problem(problems, block.lines, "", "uvplane with edges that span no area")
     for transform in block.transforms:
         if transform.kind == "scale" and 0 in transform.values:
-            _problem(problems, block.source, "", "scale by 0 leaves nothing of the object")
+            _problem(problems, block.lines, "", "scale by 0 leaves nothing of the object")
 
 
 def _spot(block, problems):
@@ -98,9 +98,9 @@ def _spot(block, problems):
     w, f = block.spot_light_angle
     if not (0 < w <= 90 and f <= w):
         message = f"spot_light_angle {w:g} {f:g}: expected 0 < w <= 90 and 0 <= f <= w"
-        _problem(problems, block.source, "spot_light_angle", message, "range")
+        _problem(problems, block.lines, "spot_light_angle", message, "range")
     if not _usable(block.spot_light_dir):
-        _problem(problems, block.source, "spot_light_dir", "spot_light_dir of length 0")
+        _problem(problems, block.lines, "spot_light_dir", "spot_light_dir of length 0")
 
 
 def _minus(a, b):

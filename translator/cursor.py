@@ -3,9 +3,9 @@
 import re
 from difflib import get_close_matches
 
-from translator.diagnostics import LineReport
-from translator.expressions import clip
-from translator.values import ValueReader
+from relume.translator.diagnostics import LineReport
+from relume.translator.expressions import clip
+from relume.translator.values import ValueReader
 
 _WORD = re.compile(r"[ \t]*([^ \t]*)[ \t]*")
 

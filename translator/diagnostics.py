@@ -86,7 +86,7 @@ class LineReport:
 
 
 @dataclass
-class Source:
+class LineReports:
     """Where the fields of a document, an object or a block were set.
 
     Attributes:

@@ -5,9 +5,9 @@ Lengths are in scene units, colours are linear RGB, and vectors are tuples of th
 
 from dataclasses import dataclass, field
 
-from translator.blocks import BlackHole, Transform, WormHole
-from translator.diagnostics import Source
-from translator.keywords import (
+from relume.translator.blocks import BlackHole, Transform, WormHole
+from relume.translator.diagnostics import LineReports
+from relume.translator.keywords import (
     BLOCK,
     ENVIRONMENT,
     NEXT_LINE,
@@ -15,7 +15,7 @@ from translator.keywords import (
     document_fields,
     keyword,
 )
-from translator.objects import SceneObject
+from relume.translator.objects import SceneObject
 
 MAX_SIDE = 16384
 """Longest side of a picture [pixel]."""
@@ -223,4 +223,4 @@ class Document:
     objects: list[SceneObject] = field(default_factory=list)
     gravity: list[BlackHole | WormHole] = field(default_factory=list)
     path: str = field(default="", compare=False)
-    source: Source = field(default_factory=Source, compare=False, repr=False)
+    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)

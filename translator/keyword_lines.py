@@ -1,7 +1,7 @@
 """Reading the lines of one keyword into the field that its row declares."""
 
-from translator.expressions import clip
-from translator.keywords import NEXT_LINE, TEXTS
+from relume.translator.expressions import clip
+from relume.translator.keywords import NEXT_LINE, TEXTS
 
 BOTH_FORMS = ("phase", "ambient")
 """Kinds of row whose values may stand on the same or on the next line."""
@@ -15,7 +15,7 @@ def read_keyword(cursor, row, word, target, source):
         row: the keyword's row.
         word: the keyword as spelt in the file.
         target: document, object or block whose field is set.
-        source: its `Source`.
+        source: its `LineReports`.
     """
     _, rest, _ = cursor.keyword_text()
     both_forms = row.kind in BOTH_FORMS

@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-
-from translator import geometry
-from translator.dialects import note
-from translator.neutral import rgb
-from translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator import geometry
+from relume.translator.dialects import note
+from relume.translator.scene_values import rgb
+from relume.translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 TWO_SIDED = (Hemisphere, Plane, MeshFile)
 """Shapes that emit on both sides; a finite plane emits on the side of its normal alone (section
@@ -38,7 +37,7 @@ def area(block, entry, matrix, camera, size, ambient=(0.0, 0.0, 0.0)):
             if not entry["flip_normals"]:
                 del entry["flip_normals"]
             side = "inwards, towards the camera" if inside else "outwards"
-            block.source.remark("emission", f"the sphere emits {side}")
+            block.lines.remark("emission", f"the sphere emits {side}")
         # Only one side is ever seen of an opaque sphere, and `twosidedarea` samples it better.
         if block.reflection.kind != "glass" and (
             inside or entry.get("radius", size) < SMALL * size
@@ -74,9 +73,9 @@ def _infinity_light(block, emission, matrix, dialect):
     direction = matrix[:3, :3] @ np.array(block.shape.direction)
     length = float(np.linalg.norm(direction))
     if not math.isclose(length, 1, rel_tol=1e-3):
-        block.source.remark("", note("infinity-length", dialect))
+        block.lines.remark("", note("infinity-length", dialect))
     factor = length if dialect == "prender" else 1.0
-    block.source.remark("emission", "emission-units: irradiance pi times the emission")
+    block.lines.remark("emission", "emission-units: irradiance pi times the emission")
     return {
         "type": "directional",
         "direction": [float(x) for x in direction / length],
@@ -93,7 +92,7 @@ def _parallel_beam(block, emission, matrix, dialect):
         direction = geometry.normal(matrix, np.cross(shape.u, shape.v)) * (
             -1 if block.normal < 0 else 1
         )
-    block.source.remark("emission", "emission-units: irradiance pi times the emission")
+    block.lines.remark("emission", "emission-units: irradiance pi times the emission")
     return {
         "type": "parallelbeam",
         "origin": [float(x) for x in geometry.point(matrix, shape.origin)],
@@ -106,8 +105,8 @@ def _parallel_beam(block, emission, matrix, dialect):
 
 def _spot(block, emission, matrix):
     w, f = block.spot_light_angle
-    block.source.remark("spot_light_angle", note("spot", "manual"))
-    block.source.remark("emission", "emission-units: intensity pi times the emission")
+    block.lines.remark("spot_light_angle", note("spot", "manual"))
+    block.lines.remark("emission", "emission-units: intensity pi times the emission")
     return {
         "type": "falloffspot",
         "position": [float(x) for x in geometry.point(matrix, block.shape.center)],

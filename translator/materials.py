@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from translator.diagnostics import Problem
-from translator.dialects import note
-from translator.tints import entry, mean, times
+from relume.translator.diagnostics import Problem
+from relume.translator.dialects import note
+from relume.translator.reflectances import entry, mean, times
 
 
 def check(document):
@@ -14,41 +14,41 @@ def check(document):
     for block in document.objects:
         for kind, field in (("ward", "ward_brdf"), ("phong", "phong_brdf")):
             if block.reflection.kind == kind and getattr(block, field) is None:
-                line = block.source.line("reflection")
+                line = block.lines.line("reflection")
                 message = f"'reflection {field}' needs a line '{field} ...' in the same object"
                 problems.append(Problem(line, 1, message, "scene"))
     return problems
 
 
 @dataclass(frozen=True)
-class Tints:
-    """The two colours of a surface: tuples, `Texture` or `VertexColor` (see `tints`)."""
+class Reflectances:
+    """The two colours of a surface: tuples, `Texture` or `VertexColor` (see `reflectances`)."""
 
     color: object
     specular: object
 
 
-def plain_tints(block):
-    """The tints that an object's own colour lines give."""
-    return Tints(block.color, block.specular)
+def plain_reflectances(block):
+    """The reflectances that an object's own colour lines give."""
+    return Reflectances(block.color, block.specular)
 
 
-def bsdf(block, tints, dialect="manual"):
+def bsdf(block, reflectances, dialect="manual"):
     """The BSDF's dictionary of an object; notes go to its lines.
 
     Args:
         block: `SceneObject`.
-        tints: its `Tints`.
+        reflectances: its `Reflectances`.
         dialect: `manual` or `prender` (rows ward-diffuse and phong-diffuse).
     """
     kind = block.reflection.kind
     if kind == "glass":
-        return glass(block, tints)
+        return glass(block, reflectances)
     if kind == "ward":
-        return twosided(ward(block, tints, dialect))
+        return twosided(ward(block, reflectances, dialect))
     if kind == "phong":
-        return twosided(phong(block, tints, dialect))
-    return twosided(lambert_or_mirror(block, tints))
+        return twosided(phong(block, reflectances, dialect))
+    return twosided(lambert_or_mirror(block, reflectances))
 
 
 def twosided(inner):
@@ -66,23 +66,23 @@ def mirror(color):
     return {"type": "conductor", "material": "none", "specular_reflectance": entry(color)}
 
 
-def lambert_or_mirror(block, tints):
+def lambert_or_mirror(block, reflectances):
     """`diffuse` and `specular`: roughness weighs Lambert against the mirror (section 8.1)."""
     if block.reflection.kind is None:
-        block.source.remark("", note("no-reflection-line", "manual"))
+        block.lines.remark("", note("no-reflection-line", "manual"))
     weight = block.roughness
     if weight is None:
         weight = 0.0 if block.reflection.kind == "specular" else 1.0
     if block.reflection.kind is None or weight == 1:
-        return diffuse(tints.color)
+        return diffuse(reflectances.color)
     if weight == 0:
-        return mirror(tints.color)
-    block.source.remark("roughness", note("roughness", "manual"))
-    parts = {"bsdf_0": mirror(tints.color), "bsdf_1": diffuse(tints.color)}
+        return mirror(reflectances.color)
+    block.lines.remark("roughness", note("roughness", "manual"))
+    parts = {"bsdf_0": mirror(reflectances.color), "bsdf_1": diffuse(reflectances.color)}
     return {"type": "blendbsdf", "weight": weight} | parts
 
 
-def boundary(block, tints, index):
+def boundary(block, reflectances, index):
     """The surface of an object with a medium inside (section 10.2, row sss-base).
 
     Smooth glass with the exact Fresnel term, which is 0 where the indices are equal; rough glass
@@ -90,22 +90,22 @@ def boundary(block, tints, index):
 
     Args:
         block: `SceneObject`.
-        tints: its `Tints`, at most 1.
+        reflectances: its `Reflectances`, at most 1.
         index: index of refraction inside.
     """
     kind = block.reflection.kind
     if kind in ("ward", "phong") and index != 1:
-        return rough_boundary(block, tints, index)
+        return rough_boundary(block, reflectances, index)
     if kind not in ("glass", None):
         text = "sss-base: smooth glass, no light would enter through this surface"
-        block.source.becomes("reflection", "approximated", text)
-    result = glass(block, tints)
+        block.lines.becomes("reflection", "approximated", text)
+    result = glass(block, reflectances)
     if "int_ior" in result:
         result["int_ior"] = index
     return result | {"fresnel": "exact"}
 
 
-def rough_boundary(block, tints, index):
+def rough_boundary(block, reflectances, index):
     """Rough glass whose lobe of reflection is about as wide as Ward's or Phong's."""
     if block.reflection.kind == "ward":
         rho_d, rho_s, u, v = block.ward_brdf
@@ -114,7 +114,7 @@ def rough_boundary(block, tints, index):
         # cos^n around the mirror direction is as wide as this distribution of normals.
         u = v = (2 / (exponent + 2)) ** 0.5
     text = "sss-base: rough glass of the same width of reflection"
-    block.source.becomes("reflection", "approximated", text)
+    block.lines.becomes("reflection", "approximated", text)
     return {
         "type": "roughdielectric",
         "distribution": "beckmann",
@@ -122,26 +122,26 @@ def rough_boundary(block, tints, index):
         "alpha_v": v,
         "int_ior": index,
         "ext_ior": 1.0,
-        "specular_reflectance": entry(times(tints.specular, min(rho_s, 1))),
-        "specular_transmittance": entry(times(tints.color, min(rho_d, 1))),
+        "specular_reflectance": entry(times(reflectances.specular, min(rho_s, 1))),
+        "specular_transmittance": entry(times(reflectances.color, min(rho_d, 1))),
     }
 
 
-def glass(block, tints):
+def glass(block, reflectances):
     """Smooth glass with Schlick's Fresnel term (sections 8.4 and 8.7)."""
     index = block.refractive_index
     if index == 0:
-        block.source.remark("refractive_index", "0 read as 1.5")
+        block.lines.remark("refractive_index", "0 read as 1.5")
         index = 1.5
     result = {
         "type": "schlickglass",
         "int_ior": index,
         "ext_ior": 1.0,
-        "specular_reflectance": entry(tints.color),
-        "specular_transmittance": entry(tints.color),
+        "specular_reflectance": entry(reflectances.color),
+        "specular_transmittance": entry(reflectances.color),
     }
     if block.reflection.dispersion:
-        block.source.becomes(
+        block.lines.becomes(
             "refractive_index", "ignored", "the dispersion formula gives the index"
         )
         result["dispersion"] = block.reflection.dispersion
@@ -151,15 +151,15 @@ def glass(block, tints):
     return result
 
 
-def ward(block, tints, dialect):
+def ward(block, reflectances, dialect):
     """Ward's reflection: the sum of both parts, or the program's blend (section 8.5)."""
     rho_d, rho_s, alpha_u, alpha_v = block.ward_brdf
-    color, specular = times(tints.color, rho_d), times(tints.specular, rho_s)
+    color, specular = times(reflectances.color, rho_d), times(reflectances.specular, rho_s)
     if dialect == "prender":
         total = mean(color) + mean(specular)
         color, specular = blended(color, specular, mean(color) / total if total > 0 else 0.0)
     if mean(color) > 0 and mean(specular) > 0:
-        block.source.remark("ward_brdf", note("ward-diffuse", dialect))
+        block.lines.remark("ward_brdf", note("ward-diffuse", dialect))
     return {
         "type": "ward",
         "diffuse_reflectance": entry(color),
@@ -170,16 +170,16 @@ def ward(block, tints, dialect):
     }
 
 
-def phong(block, tints, dialect):
+def phong(block, reflectances, dialect):
     """Phong's reflection: the sum of both parts, or the program's blend (section 8.6)."""
     rho_d, rho_s, exponent = block.phong_brdf
-    color, specular = times(tints.color, rho_d), times(tints.specular, rho_s)
+    color, specular = times(reflectances.color, rho_d), times(reflectances.specular, rho_s)
     if dialect == "prender":
         color, specular = blended(color, specular, block.roughness or 0.0)
     elif block.roughness is not None:
-        block.source.becomes("roughness", "ignored", note("phong-diffuse", dialect))
+        block.lines.becomes("roughness", "ignored", note("phong-diffuse", dialect))
     if mean(color) > 0 and mean(specular) > 0:
-        block.source.remark("phong_brdf", note("phong-diffuse", dialect))
+        block.lines.remark("phong_brdf", note("phong-diffuse", dialect))
     return {
         "type": "phong",
         "diffuse_reflectance": entry(color),
@@ -213,11 +213,11 @@ def account(block):
     kind = block.reflection.kind
     for field, kinds in UNUSED.items():
         if kind not in kinds and not (field == "refractive_index" and block.reflection.subsurface):
-            block.source.becomes(
+            block.lines.becomes(
                 field, "ignored", f"a surface of kind {kind or 'diffuse'} has no use for it"
             )
     if kind is None and block.roughness is not None:
-        block.source.becomes(
+        block.lines.becomes(
             "roughness", "ignored", "without a reflection line the surface is diffuse"
         )
     for field in ("color", "specular"):
@@ -227,7 +227,7 @@ def account(block):
             text = "above 1: cut off at 1, or light would grow at each crossing"
         else:
             text = "above 1: not energy conserving, kept as written"
-        block.source.remark(field, text)
+        block.lines.remark(field, text)
     if kind in (None, "diffuse", "specular") and ENDLESS < max(block.color) <= 1:
         text = "nearly 1: in a room of such surfaces roulette leaves noise that hardly falls"
-        block.source.remark("color", text)
+        block.lines.remark("color", text)

@@ -3,12 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from translator.closed import open_edges
-from translator.dialects import note
-from translator.materials_table import MATERIALS
-from translator.neutral import rgb
-from translator.tints import entry
+from relume.translator.dialects import note
+from relume.translator.materials_table import MATERIALS
+from relume.translator.reflectances import entry
+from relume.translator.scene_values import rgb
+from relume.translator.watertight import open_edges
 
 NONE = 1e-12
 """Mean extinction below which there is no medium [1/scene unit]."""
@@ -31,7 +30,7 @@ REFERENCE = {"type": "ref", "id": AROUND}
 
 
 @dataclass(frozen=True)
-class Medium:
+class HomogeneousMedium:
     """A homogeneous medium: triples for red, green and blue.
 
     Attributes:
@@ -91,11 +90,11 @@ def phase(g):
 
 
 def around(document):
-    """The `Medium` around all objects, or None; notes go to the document's lines."""
-    source = document.source
+    """The `HomogeneousMedium` around all objects, or None; notes go to the document's lines."""
+    source = document.lines
     if not document.participating_media:
         return None
-    medium = Medium(document.scattering, document.absorbing, document.phase)
+    medium = HomogeneousMedium(document.scattering, document.absorbing, document.phase)
     if not medium.exists:
         source.becomes("participating_media", "ignored", "no SCATTERING or ABSORBING above 0")
         return None
@@ -108,11 +107,11 @@ def boundary(ball, document):
     """The shape that ends the medium around all objects: light from infinity must get through.
 
     Args:
-        ball: `giant.Ball` around the scene.
+        ball: `giant_spheres.Ball` around the scene.
         document: the document, for a note.
     """
     text = f"fills a ball of radius {ball.radius:.4g} around the scene"
-    document.source.remark("participating_media", text)
+    document.lines.remark("participating_media", text)
     return {
         "type": "sphere",
         "center": [float(x) for x in ball.center],
@@ -123,11 +122,11 @@ def boundary(ball, document):
 
 
 def inside(block):
-    """The `Medium` inside an object and its index of refraction; notes go to the object's lines.
+    """The medium inside an object and its index of refraction; notes go to the object's lines.
 
     `MATERIAL_SYMBOL` sets all of them; lines after it set their own anew (section 10.2).
     """
-    medium = Medium(block.scattering, block.absorbing, block.phase or (0.0,) * 3)
+    medium = HomogeneousMedium(block.scattering, block.absorbing, block.phase or (0.0,) * 3)
     index = block.refractive_index
     if block.material_symbol is not None:
         measured = MATERIALS[block.material_symbol]
@@ -139,22 +138,22 @@ def inside(block):
         for name, (field, value) in own.items():
             if not later(block, field, "material_symbol"):
                 medium = replace(medium, **{name: value})
-                block.source.becomes(field, "ignored", "MATERIAL_SYMBOL below sets it anew")
+                block.lines.becomes(field, "ignored", "MATERIAL_SYMBOL below sets it anew")
         if not later(block, "refractive_index", "material_symbol"):
             index = measured.eta
-            block.source.becomes("refractive_index", "ignored", "MATERIAL_SYMBOL sets the index")
+            block.lines.becomes("refractive_index", "ignored", "MATERIAL_SYMBOL sets the index")
         if block.material_symbol.startswith("Chicken"):
-            block.source.remark("material_symbol", note("chicken", "manual"))
+            block.lines.remark("material_symbol", note("chicken", "manual"))
     elif index == 0:
-        block.source.remark("refractive_index", "0 read as 1.5")
+        block.lines.remark("refractive_index", "0 read as 1.5")
         index = 1.5
-    if block.source.reports.get("scattering"):
-        block.source.remark("scattering", note("sss-gate", "manual"))
+    if block.lines.reports.get("scattering"):
+        block.lines.remark("scattering", note("sss-gate", "manual"))
     if block.level == 0:
         medium = replace(medium, sigma_s=(0.0,) * 3)
-        block.source.remark("level", "absorption alone")
+        block.lines.remark("level", "absorption alone")
     elif block.level > 0:
-        block.source.becomes("level", "approximated", "scattering of every order is followed")
+        block.lines.becomes("level", "approximated", "scattering of every order is followed")
     return medium.scaled(block.material_scale), index
 
 
@@ -169,30 +168,30 @@ def check_closed(block, parts):
     count = open_edges(meshes) if meshes else 0
     if count:
         text = f"the mesh is not closed: {count} edges have no second face, light leaks there"
-        block.source.becomes("", "approximated", text)
+        block.lines.becomes("", "approximated", text)
 
 
 def later(block, field, other):
     """Whether a line that sets `field` comes after the one that sets `other`."""
-    if not block.source.reports.get(field):
+    if not block.lines.reports.get(field):
         return False
-    return block.source.line(field) > block.source.line(other)
+    return block.lines.line(field) > block.lines.line(other)
 
 
-def subsurface(block, tints, medium, index, dialect):
+def subsurface(block, reflectances, medium, index, dialect):
     """The dictionary of the material that the integrator `dipole` knows.
 
     Args:
         block: `SceneObject`.
-        tints: its `Tints`, at most 1.
-        medium: the `Medium` inside.
+        reflectances: its `Reflectances`, at most 1.
+        medium: the `HomogeneousMedium` inside.
         index: index of refraction inside.
         dialect: `manual` or `prender`.
     """
     scale = max(*medium.sigma_s, *medium.sigma_a, 1e-30)
     reach = search_radius(block, medium, dialect)
     if block.reflection.kind not in ("glass", None):
-        block.source.becomes("reflection", "approximated", "sss-base: a smooth boundary")
+        block.lines.becomes("reflection", "approximated", "sss-base: a smooth boundary")
     return {
         "type": "subsurface",
         "sigma_s": rgb(np.divide(medium.sigma_s, scale)),
@@ -202,8 +201,8 @@ def subsurface(block, tints, medium, index, dialect):
         "eta": index,
         "r_max": reach,
         "level": -2 if block.level == -2 else -1,
-        "specular_reflectance": entry(tints.color),
-        "specular_transmittance": entry(tints.color),
+        "specular_reflectance": entry(reflectances.color),
+        "specular_transmittance": entry(reflectances.color),
     }
 
 
@@ -215,11 +214,11 @@ def search_radius(block, medium, dialect):
     limits what a file sets `MATERIAL_R_MAX` for, and all objects in the dialect `prender`.
     """
     reduced = medium.reduced
-    asked = "material_r_max" in block.source.reports or dialect == "prender"
+    asked = "material_r_max" in block.lines.reports or dialect == "prender"
     if not asked or reduced.min() <= 0:
         return 0.0
     radius = 1.25 * float(np.sqrt(np.log(1e4) / reduced.min())) * block.material_r_max
-    block.source.remark("material_r_max", f"light enters within {radius:.4g} of where it leaves")
+    block.lines.remark("material_r_max", f"light enters within {radius:.4g} of where it leaves")
     return radius
 
 

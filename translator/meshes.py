@@ -4,15 +4,14 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-
-from translator.diagnostics import Problem, SceneError
-from translator.images import ImageError
-from translator.materials import Tints
-from translator.mtl import MtlError, read_mtl
-from translator.neutral import Matrix, Mesh
-from translator.obj import MeshError, features, read_obj
-from translator.objects import Reflection
-from translator.tints import VertexColor, load_texture, times
+from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.images import ImageError
+from relume.translator.materials import Reflectances
+from relume.translator.mtl import MtlError, read_mtl
+from relume.translator.obj import MeshError, features, read_obj
+from relume.translator.objects import Reflection
+from relume.translator.reflectances import VertexColor, load_texture, times
+from relume.translator.scene_values import Matrix, Mesh
 
 KINDS = dict(
     enumerate(("diffuse", "specular", "glass", "ward", "phong", "glass", "diffuse", "ward"))
@@ -30,7 +29,7 @@ class Part:
         name: suffix for the scene dictionary.
         entry: the shape's dictionary without BSDF.
         block: `SceneObject` with the material's attributes in place of its own.
-        tints: its `Tints`.
+        reflectances: its `Reflectances`.
         opacity: a constant opacity, or None.
         bump: path of the material's bump map, or None.
     """
@@ -38,7 +37,7 @@ class Part:
     name: str
     entry: dict
     block: object
-    tints: Tints
+    reflectances: Reflectances
     opacity: float | None = None
     bump: object = None
 
@@ -87,7 +86,7 @@ class Meshes:
         """
         try:
             if path not in self.files and stock_serves(block, matrix) and features(path).plain:
-                tint = tints(block, None, self.find, self.spectral)
+                tint = reflectances(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
         except (MeshError, MtlError) as error:
@@ -103,14 +102,14 @@ class Meshes:
         path = find(material.map_bump.file)
         if path is None:
             note = f"no such file '{material.map_bump.file}' for map_Bump"
-            block.source.becomes("", "approximated", note)
+            block.lines.becomes("", "approximated", note)
         return path
 
     def _parts(self, block, path, matrix):
         """The parts of a file with materials, vertex colours or other extensions."""
         obj = self.read(path)
         for line, text in obj.notes[:20]:
-            block.source.remark("", f"{Path(path).name}:{line}: {text}")
+            block.lines.remark("", f"{Path(path).name}:{line}: {text}")
         library, folders = materials(obj, path, self.find, block)
 
         def find(name):
@@ -122,7 +121,7 @@ class Meshes:
             material = library.get((group.material or "").casefold())
             described = block if material is None else with_material(block, material)
             colored = group.colors is not None
-            tint = tints(described, material, find, self.spectral, colored, block.color)
+            tint = reflectances(described, material, find, self.spectral, colored, block.color)
             entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
             opacity = None if material is None or material.map_kd else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
@@ -165,11 +164,11 @@ def materials(obj, path, find, block):
         beside = Path(path).parent / name.replace("\\", "/")
         file = beside if beside.is_file() else find(name)
         if file is None:
-            block.source.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
+            block.lines.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
             continue
         found = read_mtl(file)
         for note in found.notes[:20]:
-            block.source.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
+            block.lines.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
         library.update(found)
         folders.append(Path(file).parent)
     return library, folders
@@ -207,17 +206,17 @@ def reflecting(kind, material):
     return changes
 
 
-def tints(block, material, find, spectral, colored=False, object_color=None):
-    """The `Tints` of a part: a picture, vertex colours or plain colours (sections 11.2 and 12)."""
+def reflectances(block, material, find, spectral, colored=False, object_color=None):
+    """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12)."""
     if material is not None and material.map_kd is not None:
         file = material.map_kd.file
         path = find(file)
         if path is None:
-            block.source.becomes("", "approximated", f"no such file '{file}' for map_Kd")
-            return Tints(object_color, block.specular)
+            block.lines.becomes("", "approximated", f"no such file '{file}' for map_Kd")
+            return Reflectances(object_color, block.specular)
         if any(block.emission) and material.emission:
             note = "#EMISSION is taken as it is, not multiplied by map_Kd"
-            block.source.becomes("", "approximated", note)
+            block.lines.becomes("", "approximated", note)
         u, v, _ = material.map_kd.scale
         du, dv, _ = material.map_kd.offset
         picture = load_texture(
@@ -228,15 +227,15 @@ def tints(block, material, find, spectral, colored=False, object_color=None):
             uv_offset=(du, -dv),
             spectral=spectral,
         )
-        return Tints(times(picture, object_color), block.specular)
+        return Reflectances(times(picture, object_color), block.specular)
     if block.texture is not None:
         picture = load_texture(
             find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
         )
-        return Tints(picture, block.specular)
+        return Reflectances(picture, block.specular)
     if colored and (material is None or material.color is None):
-        return Tints(VertexColor(), block.specular)
-    return Tints(block.color, block.specular)
+        return Reflectances(VertexColor(), block.specular)
+    return Reflectances(block.color, block.specular)
 
 
 def smooth(block, material):

@@ -2,14 +2,14 @@
 
 import dataclasses
 
-from translator.blocks import TRANSFORMS, Transform
-from translator.diagnostics import Source
-from translator.expressions import clip
-from translator.keyword_lines import assign, read_keyword
-from translator.keywords import by_word
-from translator.materials_table import MATERIALS
-from translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
-from translator.shapes import SHAPES
+from relume.translator.blocks import TRANSFORMS, Transform
+from relume.translator.diagnostics import LineReports
+from relume.translator.expressions import clip
+from relume.translator.keyword_lines import assign, read_keyword
+from relume.translator.keywords import by_word
+from relume.translator.materials_table import MATERIALS
+from relume.translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
+from relume.translator.shapes import SHAPES
 
 ATTRIBUTES = by_word(SceneObject)
 
@@ -38,20 +38,20 @@ def read_object(cursor):
 class _ObjectReader:
     def __init__(self, cursor):
         self.cursor = cursor
-        self.object = SceneObject(source=Source())
-        self.source = self.object.source
+        self.object = SceneObject(lines=LineReports())
+        self.lines = self.object.lines
 
     def read(self):
         cursor = self.cursor
         problems, first = len(cursor.values.problems), len(cursor.reports)
-        self.source.reports[""] = [cursor.report("OBJECT")]
+        self.lines.reports[""] = [cursor.report("OBJECT")]
         self.object.shape = self.shape()
         for _ in cursor.block_lines():
             self.attribute()
-        self.source.all = cursor.reports[first:]
+        self.lines.all = cursor.reports[first:]
         if self.object.shape is None:
             if len(cursor.values.problems) == problems:
-                self.source.whole("ignored", "an object without a usable shape is left out")
+                self.lines.whole("ignored", "an object without a usable shape is left out")
             return []
         return [self.object]
 
@@ -157,11 +157,11 @@ class _ObjectReader:
         elif word == "ward_brdf":
             self.ward(word)
         elif word.startswith("specul"):
-            read_keyword(cursor, ATTRIBUTES["specular"], word, self.object, self.source)
+            read_keyword(cursor, ATTRIBUTES["specular"], word, self.object, self.lines)
         elif word == "MATERIAL_SYMBOL":
             self.material_symbol(word)
         elif word in ATTRIBUTES:
-            read_keyword(cursor, ATTRIBUTES[word], word, self.object, self.source)
+            read_keyword(cursor, ATTRIBUTES[word], word, self.object, self.lines)
         elif word in REAL_BUT_IGNORED:
             cursor.report(word, "ignored", REAL_BUT_IGNORED[word])
         else:
@@ -190,11 +190,11 @@ class _ObjectReader:
                 + (", rho_s 1" if len(values) == 2 else "")
             )
         values = (*OLD_WARD.get(len(values), ()), *values)
-        assign(self.object, self.source, row.field, values, [report])
+        assign(self.object, self.lines, row.field, values, [report])
 
     def material_symbol(self, word):
         before = self.object.material_symbol
-        read_keyword(self.cursor, ATTRIBUTES[word], word, self.object, self.source)
+        read_keyword(self.cursor, ATTRIBUTES[word], word, self.object, self.lines)
         name = self.object.material_symbol
         if name == before or name in MATERIALS:
             return
@@ -223,16 +223,16 @@ class _ObjectReader:
         before = self.object.reflection
         if model == "Subsurface_Scattering":
             self.object.reflection = dataclasses.replace(before, subsurface=True)
-            self.source.reports["subsurface"] = reports
+            self.lines.reports["subsurface"] = reports
             return
         kind = REFLECTIONS[model][0]
         # `reflection reflection` after a dispersive line or before it keeps the dispersion (8.7).
         value = Reflection(kind, False, DISPERSION.get(model), coefficients)
-        assign(self.object, self.source, "reflection", value, reports)
-        self.source.reports.pop("subsurface", None)
+        assign(self.object, self.lines, "reflection", value, reports)
+        self.lines.reports.pop("subsurface", None)
         if kind in ("diffuse", "specular"):
             self.object.roughness = 1.0 if kind == "diffuse" else 0.0
-            for old in self.source.reports.pop("roughness", ()):
+            for old in self.lines.reports.pop("roughness", ()):
                 old.becomes("ignored", f"'reflection {kind}' in line {cursor.number} sets it")
 
     def coefficients(self, model, reports):

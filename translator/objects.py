@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from translator.blocks import Transform
-from translator.diagnostics import Source
-from translator.keywords import NEXT_LINE, SAME_LINE, document_fields, keyword
-from translator.shapes import (
+from relume.translator.blocks import Transform
+from relume.translator.diagnostics import LineReports
+from relume.translator.keywords import NEXT_LINE, SAME_LINE, document_fields, keyword
+from relume.translator.shapes import (
     Annulus,
     Disk,
     Hemisphere,
@@ -175,6 +175,6 @@ class SceneObject:
         low=0, section="9.5")
     blackhole_disk: bool = a("blackhole_disk", "flag", 1, False, "Disk of a black hole.",
                              section="14", in_manual=False)
-    source: Source = field(default_factory=Source, compare=False, repr=False)
+    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
 
 

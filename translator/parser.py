@@ -2,17 +2,17 @@
 
 import os
 
-from translator import checks, environment
-from translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
-from translator.cursor import Cursor
-from translator.diagnostics import SceneError, Source
-from translator.document import Document
-from translator.expressions import clip
-from translator.keyword_lines import assign, read_keyword
-from translator.keywords import by_word
-from translator.object_parser import ATTRIBUTES, REAL_BUT_IGNORED, read_object
-from translator.shapes import SHAPES
-from translator.source_text import read_lines, split
+from relume.translator import checks, environment_variables
+from relume.translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
+from relume.translator.cursor import Cursor
+from relume.translator.diagnostics import LineReports, SceneError
+from relume.translator.document import Document
+from relume.translator.expressions import clip
+from relume.translator.keyword_lines import assign, read_keyword
+from relume.translator.keywords import by_word
+from relume.translator.object_parser import ATTRIBUTES, REAL_BUT_IGNORED, read_object
+from relume.translator.shapes import SHAPES
+from relume.translator.source_text import read_lines, split
 
 GLOBAL = by_word(Document)
 GRAVITY = {"BLACKHOLE": BlackHole, "WORMHOLE": WormHole}
@@ -58,11 +58,11 @@ def parse(lines, name, environ=None):
     """
     environ = os.environ if environ is None else environ
     document = Document(path=str(name))
-    cursor = Cursor(lines, document.variables, document.source.all, environ)
+    cursor = Cursor(lines, document.variables, document.lines.all, environ)
     _FileReader(cursor, document).run()
     problems = [
         *cursor.values.problems,
-        *environment.override(document, environ),
+        *environment_variables.override(document, environ),
         *checks.check(document),
     ]
     return document, sorted(set(problems))
@@ -152,7 +152,7 @@ class _FileReader:
         elif row.kind == "variable":
             self.variable()
         else:
-            read_keyword(self.cursor, row, word, self.document, self.document.source)
+            read_keyword(self.cursor, row, word, self.document, self.document.lines)
 
     def block(self, word):
         if word != "OBJECT":
@@ -205,13 +205,13 @@ class _FileReader:
             if read is not None:
                 reports.append(self.cursor.report(word))
                 matrix.append(Transform(word, tuple(value for value, _ in read[0])))
-        assign(self.document, self.document.source, row.field, matrix, reports)
+        assign(self.document, self.document.lines, row.field, matrix, reports)
 
     def gravity(self, word):
         cursor = self.cursor
-        block = GRAVITY[word](source=Source())
+        block = GRAVITY[word](lines=LineReports())
         first = len(cursor.reports)
-        block.source.reports[""] = [cursor.report(word)]
+        block.lines.reports[""] = [cursor.report(word)]
         _, rest, offset = cursor.keyword_text()
         if rest.strip():
             read = cursor.values.numbers(word, rest, cursor.number, offset, (3,))
@@ -220,8 +220,8 @@ class _FileReader:
         for _ in cursor.block_lines():
             name = cursor.keyword_text()[0]
             if name in table:
-                read_keyword(cursor, table[name], name, block, block.source)
+                read_keyword(cursor, table[name], name, block, block.lines)
             else:
                 cursor.unknown(name, table, f"line of a {word} block")
-        block.source.all = cursor.reports[first:]
+        block.lines.all = cursor.reports[first:]
         self.document.gravity.append(block)

@@ -7,7 +7,7 @@ RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
 
 
 @dataclass(frozen=True)
-class Plan:
+class RenderPlan:
     """How a scene is rendered.
 
     Attributes:
@@ -93,7 +93,7 @@ def around(document, dialect, paths, reason):
         return result, f"energyRedistributionPathTracing; its paths: {reason}"
     mutation = "lux" if dialect == "prender" else "kelemen"
     result = {"type": "pssmlt", "mutation": mutation, "bootstrap": bootstrap(document)}
-    if "mlt_resampling" in document.source.reports:
+    if "mlt_resampling" in document.lines.reports:
         result["resampling"] = document.mlt_resampling
     return result | {"paths": paths}, f"metropolisTransport; its paths: {reason}"
 
@@ -106,7 +106,7 @@ def integrator(document, dialect, dispersive, types, media, profile):
         dialect: `manual` or `prender`.
         dispersive: whether glass with dispersion is rendered by wavelength.
         types: plugin ids of the objects.
-        media: all `media.Medium` that light crosses.
+        media: all `media.HomogeneousMedium` that light crosses.
         profile: profile of the dipole, or None where no object needs it.
     """
     if any(medium.chromatic for medium in media):
@@ -133,9 +133,9 @@ def integrator(document, dialect, dispersive, types, media, profile):
         result = {"type": "shadowcatching", "integrator": result}
     limit = 0.0 if metropolis(document) else document.luminance_cutoff * samples(document)
     if document.sensor_response != 1 or limit > 0:
-        reason += "; wrapped by sensorresponse for sensor_response or luminance_cutoff"
+        reason += "; wrapped by samplescale for sensor_response or luminance_cutoff"
         result = {
-            "type": "sensorresponse",
+            "type": "samplescale",
             "response": document.sensor_response,
             "luminance_limit": limit,
             "integrator": result,
@@ -144,7 +144,7 @@ def integrator(document, dialect, dispersive, types, media, profile):
 
 
 def plan(document, scene, own_plugins, dispersive, integrator_reason):
-    """The `Plan` of a translated scene.
+    """The `RenderPlan` of a translated scene.
 
     Args:
         document: the document.
@@ -156,7 +156,7 @@ def plan(document, scene, own_plugins, dispersive, integrator_reason):
     used = sorted(plugin_types(scene) & set(own_plugins))
     camera = scene["sensor"]["type"]
     stock = "a pinhole" if camera == "perspective" else "a thin lens"
-    return Plan(
+    return RenderPlan(
         variant=SPECTRAL if dispersive else RGB,
         integrator=scene["integrator"]["type"],
         sensor=camera,

@@ -5,9 +5,8 @@ misses what is nearer, such as the far side of a sheet of glass.
 """
 
 import numpy as np
-
-from translator import geometry
-from translator.shapes import Plane, Sphere, UVPlane
+from relume.translator import geometry
+from relume.translator.shapes import Plane, Sphere, UVPlane
 
 RAY_OFFSET = 8.94e-5
 """`mi.math.RayEpsilon` of single precision."""
@@ -62,4 +61,4 @@ def told(block, thickness, p):
     least = offset(p)
     if thickness < least:
         text = f"single precision: glass {thickness:.2g} thick, rays miss what is nearer than"
-        block.source.remark("", f"{text} {least:.2g}")
+        block.lines.remark("", f"{text} {least:.2g}")

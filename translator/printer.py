@@ -7,10 +7,10 @@ import functools
 import math
 from dataclasses import astuple
 
-from translator.document import Document
-from translator.keywords import ENVIRONMENT, NEXT_LINE, TEXTS, rows
-from translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
-from translator.shapes import SHAPES
+from relume.translator.document import Document
+from relume.translator.keywords import ENVIRONMENT, NEXT_LINE, TEXTS, rows
+from relume.translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
+from relume.translator.shapes import SHAPES
 
 IMPLIED_ROUGHNESS = {"diffuse": 1.0, "specular": 0.0}
 """What a `reflection` line sets `roughness` to (spec section 8.1)."""

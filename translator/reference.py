@@ -2,20 +2,20 @@
 
 ::
 
-    python -m translator.reference > docs/keywords.md
+    python -m relume.translator.reference > docs/keywords.md
 """
 
-from translator.blocks import TRANSFORMS, BlackHole, WormHole
-from translator.diagnostics import ERROR_KINDS
-from translator.dialects import DIFFERENCES
-from translator.document import Document
-from translator.environment import ALIASES
-from translator.expressions import CONSTANTS, FUNCTIONS, FUNCTIONS2
-from translator.keywords import BLOCK, ENVIRONMENT, NEXT_LINE, TEXTS, rows
-from translator.materials_table import MATERIALS
-from translator.object_parser import REAL_BUT_IGNORED
-from translator.objects import REFLECTIONS, SceneObject
-from translator.shapes import SHAPES
+from relume.translator.blocks import TRANSFORMS, BlackHole, WormHole
+from relume.translator.diagnostics import ERROR_KINDS
+from relume.translator.dialects import DIFFERENCES
+from relume.translator.document import Document
+from relume.translator.environment_variables import ALIASES
+from relume.translator.expressions import CONSTANTS, FUNCTIONS, FUNCTIONS2
+from relume.translator.keywords import BLOCK, ENVIRONMENT, NEXT_LINE, TEXTS, rows
+from relume.translator.materials_table import MATERIALS
+from relume.translator.object_parser import REAL_BUT_IGNORED
+from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.shapes import SHAPES
 
 FORMS = {
     NEXT_LINE: "below",
@@ -40,7 +40,7 @@ VALUES = {
 INTRODUCTION = f"""\
 # The scene language
 
-Made from the parser's tables by `python -m translator.reference > docs/keywords.md`.
+Made from the parser's tables by `python -m relume.translator.reference > docs/keywords.md`.
 
 A keyword starts in the first column and is case sensitive. Its values stand **below** it, on the
 next line, or **beside** it, behind a blank; a **block** takes all lines up to the next empty one.

@@ -3,30 +3,30 @@
 import copy
 from dataclasses import dataclass
 
-from translator import (
-    account,
+from relume.translator import (
     camera,
-    dense,
-    domes,
+    dense_media,
+    environment_maps,
     lights,
+    line_outcomes,
     materials,
     media,
-    placement,
     plan,
     precision,
+    recentering,
     surfaces,
 )
-from translator.assets import Assets
-from translator.bumps import bumped
-from translator.diagnostics import Problem, SceneError
-from translator.dialects import DIALECTS, note
-from translator.document import Document
-from translator.images import ImageError
-from translator.materials import Tints, plain_tints
-from translator.meshes import Meshes
-from translator.neutral import resolved, rgb, to_mitsuba
-from translator.shapes import InfinityLight, MeshFile, Plane, UVPlane
-from translator.tints import Texture, at_most_one, load_texture
+from relume.translator.assets import Assets
+from relume.translator.bumps import bumped
+from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.dialects import DIALECTS, note
+from relume.translator.document import Document
+from relume.translator.images import ImageError
+from relume.translator.materials import Reflectances, plain_reflectances
+from relume.translator.meshes import Meshes
+from relume.translator.reflectances import Texture, at_most_one, load_texture
+from relume.translator.scene_values import resolved, rgb, to_mitsuba
+from relume.translator.shapes import InfinityLight, MeshFile, Plane, UVPlane
 
 OWN_PLUGINS = {
     "ward": "bsdf",
@@ -42,7 +42,7 @@ OWN_PLUGINS = {
     "dispersivepath": "integrator",
     "erpt": "integrator",
     "pssmlt": "integrator",
-    "sensorresponse": "integrator",
+    "samplescale": "integrator",
     "shadowcatching": "integrator",
     "hgrgb": "phase function",
     "screencamera": "sensor",
@@ -66,7 +66,7 @@ class Translation:
 
     document: Document
     scene: dict
-    plan: plan.Plan
+    plan: plan.RenderPlan
 
     def dictionary(self):
         """The dictionary for `mi.load_dict`; a variant must be set.
@@ -77,7 +77,7 @@ class Translation:
 
     def status(self):
         """`ok`, or `unsupported` if any line is."""
-        outcomes = {report.outcome for report in self.document.source.all}
+        outcomes = {report.outcome for report in self.document.lines.all}
         return "unsupported" if "unsupported" in outcomes else "ok"
 
 
@@ -101,13 +101,13 @@ def translate(document, dialect="manual", asset_path=()):
         raise ValueError(f"unknown dialect {dialect!r}, expected one of {', '.join(DIALECTS)}")
     # Notes on lines are made in the copy.
     document = copy.deepcopy(document)
-    if dialect == "prender" and "luminance_cutoff" not in document.source.reports:
+    if dialect == "prender" and "luminance_cutoff" not in document.lines.reports:
         document.luminance_cutoff = document.luminance_cutoff or PROGRAM_CUTOFF
     assets = Assets(document, asset_path)
     problems = assets.problems() + materials.check(document)
     if problems:
         raise SceneError(document.path, problems)
-    account.account(document, dialect)
+    line_outcomes.account(document, dialect)
     camera.account(document, dialect)
     dispersive = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
     objects = _Objects(document, dialect, assets, dispersive)
@@ -122,7 +122,9 @@ def translate(document, dialect="manual", asset_path=()):
         scene["sensor"]["medium"] = media.REFERENCE
         ball = objects.shapes.fog_ball()
         entries[media.BOUNDARY] = media.boundary(ball, document)
-        dense.walks(document, document.source, "participating_media", objects.around, ball.radius)
+        dense_media.walks(
+            document, document.lines, "participating_media", objects.around, ball.radius
+        )
     scene |= entries
     made = plan.plan(document, scene, OWN_PLUGINS, dispersive, reason)
     return Translation(document, scene, made)
@@ -138,20 +140,20 @@ class _Objects:
         self.spectral = spectral
         self.meshes = Meshes(assets.find, spectral)
         self.shapes = self.measured()
-        if move := placement.needed(self.shapes.focus, self.shapes.shown):
+        if move := recentering.needed(self.shapes.focus, self.shapes.shown):
             move.place(document, dialect)
             self.shapes = self.measured()
         precision.account(document, self.shapes.matrices)
-        self.domes = domes.Domes(document, self.shapes, assets.find, dialect, spectral)
+        self.domes = environment_maps.Domes(document, self.shapes, assets.find, dialect, spectral)
         self.around = media.around(document)
         self.why_simulated = media.why_simulated(document, spectral)
         self.diffuses = False
         self.media = [] if self.around is None else [self.around]
 
     def measured(self):
-        """The `Shapes` of the document as it stands."""
+        """The `ShapeBuilder` of the document as it stands."""
         origin = camera.view(self.document, self.dialect).origin
-        return surfaces.Shapes(self.document, origin, self.dialect, self.mesh_box)
+        return surfaces.ShapeBuilder(self.document, origin, self.dialect, self.mesh_box)
 
     def mesh_box(self, block, matrix):
         """Corners of a box around a mesh object, or None."""
@@ -168,14 +170,14 @@ class _Objects:
             try:
                 entries |= self.object(index, block)
             except SceneError as error:
-                line = block.source.line() + 1
+                line = block.lines.line() + 1
                 problems += [Problem(line, 1, text, "asset") for text in error.described()]
             except ImageError as error:
-                problems.append(Problem(block.source.line("texture"), 1, str(error), "asset"))
+                problems.append(Problem(block.lines.line("texture"), 1, str(error), "asset"))
         try:
-            background = domes.background(self.document, self.find)
+            background = environment_maps.background(self.document, self.find)
         except ImageError as error:
-            line = self.document.source.line("background_texture")
+            line = self.document.lines.line("background_texture")
             problems.append(Problem(line, 1, str(error), "asset"))
         if problems:
             raise SceneError(self.document.path, problems)
@@ -185,8 +187,8 @@ class _Objects:
         if background is None:
             background = lights.background(self.document)
         if background is not None and self.domes.environments:
-            self.document.source.becomes("background", "ignored", "an image-based light hides it")
-            self.document.source.becomes("background_texture", "ignored", "a dome hides it")
+            self.document.lines.becomes("background", "ignored", "an image-based light hides it")
+            self.document.lines.becomes("background_texture", "ignored", "a dome hides it")
         elif background is not None:
             entries["background"] = background
         elif entries and not self.lights_to_look_for(entries):
@@ -203,12 +205,12 @@ class _Objects:
 
     def object(self, index, block):
         """The entries of one object."""
-        name = f"object_{block.source.line()}"
+        name = f"object_{block.lines.line()}"
         matrix = self.shapes.matrices[index]
         emitters = lights.standalone(block, matrix, self.dialect)
         if emitters:
             if not isinstance(block.shape, InfinityLight):
-                block.source.becomes("", "approximated", "the lamp itself is not shown")
+                block.lines.becomes("", "approximated", "the lamp itself is not shown")
             return {f"{name}_light": emitter for emitter in emitters}
         if block.ibl_texture is not None and not isinstance(block.shape, MeshFile):
             return {name: self.domes.light(index, block)}
@@ -219,40 +221,41 @@ class _Objects:
         entry = self.shapes.shape(index, block)
         if self.catches_shadows(block):
             color = materials.entry(block.color)
-            block.source.remark("shadow", note("shadow", self.dialect))
+            block.lines.remark("shadow", note("shadow", self.dialect))
             return {name: entry | {"bsdf": {"type": "shadowcatcher", "reflectance": color}}}
-        return {name: self.surface(entry, block, self.tints(block), matrix)}
+        return {name: self.surface(entry, block, self.reflectances(block), matrix)}
 
     def catches_shadows(self, block):
         """Whether an object is a plane that shows shadows alone: under image-based light (11.7)."""
         if not (block.shadow and isinstance(block.shape, Plane | UVPlane)):
             return False
         if all(other.ibl_texture is None for other in self.document.objects):
-            block.source.becomes("shadow", "ignored", "there is no image-based light")
+            block.lines.becomes("shadow", "ignored", "there is no image-based light")
             return False
         return True
 
-    def fill(self, entry, block, tints, matrix):
+    def fill(self, entry, block, reflectances, matrix):
         """The BSDF of an object with subsurface scattering; a simulated one is filled (10.2)."""
         medium, index = media.inside(block)
-        tints = Tints(at_most_one(tints.color), at_most_one(tints.specular))
+        color, specular = at_most_one(reflectances.color), at_most_one(reflectances.specular)
+        reflectances = Reflectances(color, specular)
         if media.uses_dipole(block):
-            block.source.remark("subsurface", note("sss-dipole", self.dialect))
+            block.lines.remark("subsurface", note("sss-dipole", self.dialect))
             if not self.why_simulated:
                 self.diffuses = True
-                return media.subsurface(block, tints, medium, index, self.dialect)
+                return media.subsurface(block, reflectances, medium, index, self.dialect)
             why = f"simulated instead: {self.why_simulated}"
-            block.source.becomes("subsurface", "approximated", why)
-        block.source.remark("subsurface", note("sss-simulation", self.dialect))
-        block.source.becomes("material_r_max", "ignored", "of use to the dipole alone")
+            block.lines.becomes("subsurface", "approximated", why)
+        block.lines.remark("subsurface", note("sss-simulation", self.dialect))
+        block.lines.becomes("material_r_max", "ignored", "of use to the dipole alone")
         if medium.exists:
             entry["interior"] = medium.entry()
             self.media.append(medium)
             if (points := self.points(entry, block, matrix)) is not None:
-                dense.entered(block, medium, points)
-                radius = dense.least_half(points)
-                dense.walks(self.document, block.source, "", medium, radius)
-        return materials.boundary(block, tints, index)
+                dense_media.entered(block, medium, points)
+                radius = dense_media.least_half(points)
+                dense_media.walks(self.document, block.lines, "", medium, radius)
+        return materials.boundary(block, reflectances, index)
 
     def points(self, entry, block, matrix):
         """Points that tell where a finite shape is, (N, 3), or None."""
@@ -262,26 +265,28 @@ class _Objects:
     def part(self, part, matrix):
         """The dictionary of a part of a mesh object."""
         if part.block.ibl_texture is not None:
-            pixels = domes.picture(self.find(part.block.ibl_texture), part.block)
+            pixels = environment_maps.picture(self.find(part.block.ibl_texture), part.block)
             return part.entry | self.domes.shining(pixels, part.block.ibl_texture_coef, flip=False)
-        return self.surface(part.entry, part.block, part.tints, matrix, part.opacity, part.bump)
+        return self.surface(
+            part.entry, part.block, part.reflectances, matrix, part.opacity, part.bump
+        )
 
-    def tints(self, block):
-        """The tints of a shape: `texture` replaces both colours (section 11.2)."""
+    def reflectances(self, block):
+        """The reflectances of a shape: `texture` replaces both colours (section 11.2)."""
         if block.texture is None or isinstance(block.shape, Plane):
-            return plain_tints(block)
+            return plain_reflectances(block)
         picture = load_texture(
             self.find(block.texture), repeat=block.repeat, spectral=self.spectral
         )
-        block.source.becomes("color", "ignored", "texture takes its place")
-        return Tints(picture, picture)
+        block.lines.becomes("color", "ignored", "texture takes its place")
+        return Reflectances(picture, picture)
 
-    def surface(self, entry, block, tints, matrix, opacity=None, bump=None):
+    def surface(self, entry, block, reflectances, matrix, opacity=None, bump=None):
         """A shape's dictionary with its BSDF and emitter."""
         if block.reflection.subsurface:
-            bsdf = self.fill(entry, block, tints, matrix)
+            bsdf = self.fill(entry, block, reflectances, matrix)
         else:
-            bsdf = materials.bsdf(block, tints, self.dialect)
+            bsdf = materials.bsdf(block, reflectances, self.dialect)
         if self.around is not None and block.reflection.lets_pass:
             # Light crosses these surfaces; at all others it stays in the medium that it is in.
             entry["exterior"] = media.REFERENCE
@@ -291,9 +296,9 @@ class _Objects:
         if bump is not None:
             flip = not isinstance(block.shape, MeshFile)
             bsdf = bumped(bsdf, bump, entry, block.shape, flip=flip)
-            block.source.becomes("bump_texture", "approximated", note("bump", self.dialect))
-        if isinstance(tints.color, Texture) and tints.color.alpha is not None:
-            opacity = tints.color.opacity()
+            block.lines.becomes("bump_texture", "approximated", note("bump", self.dialect))
+        if isinstance(reflectances.color, Texture) and reflectances.color.alpha is not None:
+            opacity = reflectances.color.opacity()
         if opacity is not None and opacity != 1:
             bsdf = {"type": "mask", "opacity": opacity, "bsdf": bsdf}
         entry["bsdf"] = bsdf

@@ -3,7 +3,7 @@
 import stat
 from pathlib import Path
 
-from translator.diagnostics import Problem, SceneError
+from relume.translator.diagnostics import Problem, SceneError
 
 MAX_BYTES = 32 * 2**20
 """Largest scene file that is read."""

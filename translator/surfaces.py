@@ -3,12 +3,11 @@
 import math
 
 import numpy as np
-
-from translator import geometry
-from translator.dialects import note
-from translator.giant import Ball, Surroundings, is_giant, nearest_point
-from translator.neutral import Matrix, Mesh
-from translator.shapes import (
+from relume.translator import geometry
+from relume.translator.dialects import note
+from relume.translator.giant_spheres import Ball, Surroundings, is_giant, nearest_point
+from relume.translator.scene_values import Matrix, Mesh
+from relume.translator.shapes import (
     Annulus,
     Disk,
     Hemisphere,
@@ -41,7 +40,7 @@ DOME_SEGMENTS = 256
 """Segments of a tessellated dome or ellipsoid around its axis; half as many along a meridian."""
 
 
-class Shapes:
+class ShapeBuilder:
     """Makes the shapes of one document.
 
     Args:
@@ -140,13 +139,13 @@ class Shapes:
         if index in self.giants:
             patch = self.giants.index(index), block.reflection.lets_pass
             mesh, text = self.surroundings.patch(*patch)
-            block.source.remark("", f"giant sphere made of {text}")
+            block.lines.remark("", f"giant sphere made of {text}")
             return mesh_entry(mesh, turned)
         round_one = ball(shape, matrix)
         if any(t.kind == "rotation" for t in block.transforms):
-            block.source.remark("", note("sphere-rotation", self.dialect))
+            block.lines.remark("", note("sphere-rotation", self.dialect))
         if round_one is None:
-            block.source.becomes("", "approximated", "an ellipsoid, tessellated")
+            block.lines.becomes("", "approximated", "an ellipsoid, tessellated")
             return mesh_entry(dome(shape, matrix, np.pi), turned)
         entry = {
             "type": "sphere",
@@ -160,12 +159,12 @@ class Shapes:
         mesh = dome(shape, matrix, np.pi / 2)
         off = 1 - np.cos(np.pi / DOME_SEGMENTS)
         text = f"a dome of {DOME_SEGMENTS} segments, at most {off:.1g} of the radius off the sphere"
-        block.source.becomes("", "approximated", text)
+        block.lines.becomes("", "approximated", text)
         return mesh_entry(mesh, block.normal < 0)
 
     def parallelogram(self, block, shape, matrix):
         if any(not np.isclose(np.linalg.norm(e), 1) for e in (shape.u, shape.v)):
-            block.source.remark("", note("uvplane-extent", self.dialect))
+            block.lines.remark("", note("uvplane-extent", self.dialect))
         u, v = (matrix[:3, :3] @ edge for edge in shape.edges(self.dialect))
         corner = geometry.point(matrix, shape.origin)
         # U x V turns round under a mirroring matrix, the normal does not.
@@ -194,7 +193,7 @@ class Shapes:
             text += f", whose edge lies {edge:.1g} degrees below the horizon"
         if off > COARSE * height:
             text += f"; single precision: points on it are off by up to {off:.1g}"
-        block.source.remark("", text)
+        block.lines.remark("", text)
         linear = geometry.frame(n) @ np.diag([side, side, 1.0])
         entry = {"type": "rectangle", "to_world": Matrix.of(geometry.affine(linear, foot))}
         return entry | flipped(block.normal < 0)
@@ -204,13 +203,13 @@ class Shapes:
         axes = geometry.frame(geometry.unit(shape.normal)) * shape.radius
         to_world = matrix @ geometry.affine(axes, shape.center)
         if geometry.similarity_scale(linear) is None or block.texture is not None:
-            block.source.becomes("", "approximated", f"a disk of {ANNULUS_SEGMENTS} segments")
+            block.lines.becomes("", "approximated", f"a disk of {ANNULUS_SEGMENTS} segments")
             return mesh_entry(ring(shape.radius, 0.0, shape, matrix), block.normal < 0)
         turned = (block.normal < 0) != (np.linalg.det(linear) < 0)
         return {"type": "disk", "to_world": Matrix.of(to_world)} | flipped(turned)
 
     def annulus(self, block, shape, matrix):
-        block.source.becomes("", "approximated", f"a ring of {ANNULUS_SEGMENTS} segments")
+        block.lines.becomes("", "approximated", f"a ring of {ANNULUS_SEGMENTS} segments")
         return mesh_entry(ring(shape.radius, shape.inner_radius, shape, matrix), block.normal < 0)
 
 

@@ -2,9 +2,9 @@
 
 import re
 
-from translator.diagnostics import Problem
-from translator.expressions import ExpressionError, clip, evaluate
-from translator.keywords import TEXTS
+from relume.translator.diagnostics import Problem
+from relume.translator.expressions import ExpressionError, clip, evaluate
+from relume.translator.keywords import TEXTS
 
 MAX_NUMBER = 1e30
 """Largest absolute value of a number: beyond it single precision fails."""

@@ -1,9 +1,10 @@
 """Renders over several processes and machines, by dask.distributed.
 
 This process hands out passes and adds up what comes back (`farm`); workers load the scene once and
-render (`worker`). Scene, meshes and pictures travel by content (`parcel`), so that workers need
-neither the files nor a shared disk, only relume itself. Since sums are exact, the picture is that
-of a single process, bit for bit, whoever rendered which pass and whatever went wrong on the way.
+render (`worker`). Scene, meshes and pictures travel by content (`serialization`), so that
+workers need neither the files nor a shared disk, only relume itself. Since sums are exact, the
+picture is that of a single process, bit for bit, whoever rendered which pass and whatever went
+wrong on the way.
 """
 
 from contextlib import contextmanager
@@ -35,17 +36,17 @@ def opened(cluster, translation, render, override, note):
     Args:
         cluster: `Cluster`.
         translation: the translated scene.
-        render: `identity.of_render`.
+        render: `fingerprint.of_render`.
         override: plugin id in place of the scene's integrator, or None.
         note: called with sentences for the user.
 
     Raises:
         CannotRender: `distributed` is not installed, or no scheduler answers.
     """
-    from relume.cluster import opening, parcel, worker
+    from relume.cluster import opening, serialization, worker
     from relume.cluster.farm import Farm
 
     with opening.client(cluster, translation.document.thread) as client:
-        scene, contents = parcel.pack(translation.scene)
+        scene, contents = serialization.pack(translation.scene)
         job = worker.Job.of(translation, scene, render, override)
         yield Farm(client, job, contents, note)

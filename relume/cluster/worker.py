@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import mitsuba as mi
 import numpy as np
+from relume.translator import Translation
 
-from relume import identity
+from relume import fingerprint
 from relume.application import loaded, other_integrator
-from relume.cluster.parcel import unpack
+from relume.cluster.serialization import unpack
 from relume.passes import Pass
 from relume.session import CannotRender, Session, use_threads
-from translator import Translation
 
 SCENES = 4
 """Scenes that a worker keeps loaded; the least recently used one goes first."""
@@ -32,9 +32,9 @@ class Job:
 
     Attributes:
         key: hash of all that follows.
-        scene: packed scene, see `parcel`.
-        plan: the scene's `translator.plan.Plan`.
-        render: `identity.of_render`.
+        scene: packed scene, see `serialization`.
+        plan: the scene's `relume.translator.plan.RenderPlan`.
+        render: `fingerprint.of_render`.
         override: plugin id in place of the scene's integrator, or None.
     """
 
@@ -47,7 +47,7 @@ class Job:
     @staticmethod
     def of(translation, scene, render, override):
         """The job of a translated scene that was packed as `scene`."""
-        key = identity.content_hash([render, translation.plan.spp])
+        key = fingerprint.content_hash([render, translation.plan.spp])
         return Job(key, scene, translation.plan, render, override)
 
 
@@ -105,7 +105,7 @@ def _load(job, contents, threads):
     use_threads(threads)
     if job.key in _sessions:
         return
-    here = identity.versions()
+    here = fingerprint.versions()
     differ = [f"{name} is {here[name]}, expected {job.render[name]}" for name in here
               if here[name] != job.render[name]]  # fmt: skip
     if differ:
@@ -113,7 +113,7 @@ def _load(job, contents, threads):
     mi.set_variant(job.render["variant"])
     with tempfile.TemporaryDirectory(prefix="relume-") as folder:
         scene = unpack(job.scene, contents, folder)
-        if identity.content_hash(scene) != job.render["scene"]:
+        if fingerprint.content_hash(scene) != job.render["scene"]:
             raise CannotRender("the scene arrived damaged")
         translation = Translation(None, scene, job.plan)
         integrator = job.override and other_integrator(job.override, translation)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-import translator
+from relume import translator
 from relume.application import read, ready, resized
 from relume.session import CannotRender, reason
 from relume.workbench import curves, methods, references, renders

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
+from relume.translator.plan import samples
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-import translator
-from relume import passes_file
+from relume import passes_file, translator
 from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
@@ -22,7 +22,6 @@ from relume.session import CannotRender, reason, two_threads, variant
 from relume.workbench import estimate_files, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
-from translator.plan import samples
 
 RUNS = 32
 FEWEST_RUNS = 8
@@ -250,5 +249,5 @@ def command_line(settings, integrator, asset_path):
 
 def notes(document):
     """What of the scene is not rendered as written: a list of sentences."""
-    told = (line for line in document.source.all if line.outcome in ("unsupported", "approximated"))
+    told = (line for line in document.lines.all if line.outcome in ("unsupported", "approximated"))
     return [f"line {x.line}, {x.keyword}: {x.outcome}: {x.note}" for x in told if x.note]

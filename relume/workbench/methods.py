@@ -1,7 +1,7 @@
 """The table of methods that the workbench measures, and what each of them renders.
 
 A method is an integrator in the place of the planned path tracer, inside what the plan wraps around
-it (`sensorresponse`, `shadowcatching`). It may also change what is rendered: the document before it
+it (`samplescale`, `shadowcatching`). It may also change what is rendered: the document before it
 is translated, such as another model of its subsurface objects, or the translated scene, such as a
 stock BSDF instead of our own. A new method is a row of `METHODS`; any other integrator that Mitsuba
 knows is a method by its plugin id.
@@ -12,13 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import mitsuba as mi
+from relume.translator import media
+from relume.translator.plan import plugin_types
+from relume.translator.scene_values import to_mitsuba
 
-import translator
+from relume import translator
 from relume.application import integrator_entry, loaded
 from relume.session import CannotRender, reason
-from translator import media
-from translator.neutral import to_mitsuba
-from translator.plan import plugin_types
 
 MEDIA = {"homogeneous", "heterogeneous"}
 

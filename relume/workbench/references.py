@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from relume import plugins
-from relume.identity import content_hash, file_hash, versions
+from relume.fingerprint import content_hash, file_hash, versions
 from relume.session import CannotRender
 from relume.workbench import estimate_files, measures, renders, statistics
 

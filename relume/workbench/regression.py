@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-import translator
+from relume import translator
 from relume.application import read, ready, resized
-from relume.identity import file_hash
+from relume.fingerprint import file_hash
 from relume.workbench import estimate_files, methods, references, statistics
 from relume.workbench.comparing import render_in_turn
 from relume.workbench.comparison import Side

@@ -17,11 +17,12 @@ from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
+from relume.translator.diagnostics import SceneError
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-import translator
+from relume import translator
 from relume.application import usable_variant
 from relume.output import check_writable
 from relume.rendering import interruptible
@@ -31,7 +32,6 @@ from relume.workbench.comparison import versions
 from relume.workbench.methods import METHODS, Stage, find, planned
 from relume.workbench.stability_cells import Case, all_cells
 from relume.workbench.stability_verdict import WANTED, Measurement, Tally
-from translator.diagnostics import SceneError
 
 RUNS = 16
 """Independent renders of a cell, at least."""
@@ -101,7 +101,7 @@ def _rendered_text(case, cell, seed, caught):
         translation = translator.translate(document, asset_path=(folder,))
         notes = [
             report.note
-            for report in translation.document.source.all
+            for report in translation.document.lines.all
             if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
         ]
         with variant(usable_variant(translation.plan)):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mitsuba.python.chi2 import ChiSquareTest
 
-import bsdfs  # noqa: F401  registers the plugins
+from relume import bsdfs  # noqa: F401  registers the plugins
 
 
 @pytest.fixture(autouse=True)

@@ -3,8 +3,7 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-
-from bsdfs.subsurface import SUBSURFACE
+from relume.bsdfs.subsurface import SUBSURFACE
 
 MATERIAL = {
     "type": "subsurface",

@@ -4,7 +4,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-import emitters  # noqa: F401  registers the plugins
+from relume import emitters  # noqa: F401  registers the plugins
 from relume.workbench.statistics import Level
 
 

@@ -4,8 +4,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-
-from emitters.domemaps import MAPS
+from relume.emitters.domemaps import MAPS
 
 
 @pytest.mark.false_alarms(1e-3)

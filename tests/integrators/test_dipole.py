@@ -6,12 +6,14 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.diffusion import PROFILES, radius_of_tail, tail
 
-import bsdfs  # noqa: F401  registers the plugins
-import emitters  # noqa: F401
-import integrators  # noqa: F401
-from bsdfs.subsurface import Medium
-from integrators.diffusion import PROFILES, radius_of_tail, tail
+from relume import (
+    bsdfs,  # noqa: F401  registers the plugins
+    emitters,  # noqa: F401
+    integrators,  # noqa: F401
+)
 
 ALPHA = np.array([0.3, 0.8, 0.99])
 SKY = {"type": "constant"}
@@ -165,7 +167,7 @@ def test_radius_inverts_the_tail():
 def test_density_of_radii(profile, chance):
     """The density is normalized, and the radii drawn follow it (chi² of 16 cells)."""
     ones = mi.Spectrum(1)
-    medium = Medium(ones * 0.9, ones * 0.1, ones * 0, mi.Float(1.3), mi.Float(6), ones)
+    medium = SubsurfaceMedium(ones * 0.9, ones * 0.1, ones * 0, mi.Float(1.3), mi.Float(6), ones)
     kernel = PROFILES[profile](medium, mi.Float(1e9))
     n = 2_000_000
     r = (np.arange(n) + 0.5) * (6 / n)
@@ -190,7 +192,7 @@ def test_profiles_are_the_formulas():
     """
     sigma_s, sigma_a, g, eta = np.array([0.9, 2, 5]), np.array([0.1, 0.5, 0.01]), 0.5, 1.3
     spectra = (mi.Spectrum(np.broadcast_to(x, 3).tolist()) for x in (sigma_s, sigma_a, g))
-    medium = Medium(*spectra, mi.Float(eta), mi.Float(0), mi.Spectrum(1))
+    medium = SubsurfaceMedium(*spectra, mi.Float(eta), mi.Float(0), mi.Spectrum(1))
     sigma_t, A = sigma_s * (1 - g) + sigma_a, boundary(eta)
     alpha, sigma_tr = sigma_s * (1 - g) / sigma_t, np.sqrt(3 * sigma_a * sigma_t)
     r = np.geomspace(1e-3, 10, 50)[:, None]

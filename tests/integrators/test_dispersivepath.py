@@ -4,7 +4,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-import integrators  # noqa: F401  registers the plugins
+from relume import integrators  # noqa: F401  registers the plugins
 
 BOX = {"type": "box"}
 

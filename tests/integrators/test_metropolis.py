@@ -6,20 +6,20 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+from relume.integrators.markovchains import Walk, walk_chains
+from relume.integrators.metropolis import resampled
+from relume.integrators.primarysamples import MUTATIONS, Paths, moved
+from relume.integrators.uniformsamples import uniform_samples
 
-from integrators.markovchains import Walk, walk_chains
-from integrators.metropolis import resampled
-from integrators.primarysamples import MUTATIONS, Paths, moved
-from integrators.uniformsamples import uniform_samples
-from registration import on_every_variant
+from relume.registration import on_every_variant
 
 METHODS = {
-    "mixed": {"type": "pssmlt", "mutation": "mixed", "hand_over": False},
-    "kelemen": {"type": "pssmlt", "mutation": "kelemen", "hand_over": False},
-    "lux": {"type": "pssmlt", "mutation": "lux", "hand_over": False},
-    "gaussian": {"type": "pssmlt", "mutation": "gaussian", "hand_over": False},
-    "small": {"type": "pssmlt", "large_step_probability": 0.0, "hand_over": False},
-    "large": {"type": "pssmlt", "large_step_probability": 1.0, "hand_over": False},
+    "mixed": {"type": "pssmlt", "mutation": "mixed", "fallback": False},
+    "kelemen": {"type": "pssmlt", "mutation": "kelemen", "fallback": False},
+    "lux": {"type": "pssmlt", "mutation": "lux", "fallback": False},
+    "gaussian": {"type": "pssmlt", "mutation": "gaussian", "fallback": False},
+    "small": {"type": "pssmlt", "large_step_probability": 0.0, "fallback": False},
+    "large": {"type": "pssmlt", "large_step_probability": 1.0, "fallback": False},
     "erpt": {"type": "erpt", "length": 16},
 }
 """Every way to walk."""
@@ -94,7 +94,7 @@ def define():
             mi.SamplingIntegrator.__init__(self, props)
             self.radiance = props.get("radiance", 3.0)
 
-        def part(self, min_depth, max_depth):
+        def with_depth_range(self, min_depth, max_depth):
             return mi.load_dict({"type": "parted", "radiance": 1.0 if max_depth == 2 else 2.0})
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
@@ -233,7 +233,7 @@ def test_agrees_with_path(method, chance, level):
 def test_direct_light_apart(method, chance, level):
     """Chains for indirect light and plain samples for the rest add up, also through a wrapper."""
     paths = {"type": "dispersivepath", "max_depth": 6}
-    paths = {"type": "sensorresponse", "response": 2.0, "nested": paths}
+    paths = {"type": "samplescale", "response": 2.0, "nested": paths}
     paths = {"type": "shadowcatching", "nested": paths}
     walk = integrator(method, paths=paths, direct_samples=0.25)
     scene = cornell()
@@ -278,7 +278,7 @@ def test_launches_are_no_part_of_the_samples(monkeypatch):
     scene = cornell()
     paths = Paths(scene, scene.sensors()[0], mi.load_dict({"type": "path", "max_depth": 6}))
     whole = uniform_samples(paths, 1000, seed=3)
-    monkeypatch.setattr("integrators.uniformsamples.LAUNCH", 700)
+    monkeypatch.setattr("relume.integrators.uniformsamples.LAUNCH", 700)
     parts = uniform_samples(paths, 1000, seed=3)
     assert np.array_equal(whole.f, parts.f) and np.array_equal(whole.pixel, parts.pixel)
 
@@ -353,7 +353,7 @@ def test_wrappers_and_media(chance, level):
     fog = {"type": "homogeneous", "albedo": 0.8, "sigma_t": 0.3}
     scene = cornell(8, 8, medium=fog)
     paths = {"type": "volpath", "max_depth": 6}
-    wrapped = {"type": "sensorresponse", "response": 2.0, "nested": paths}
+    wrapped = {"type": "samplescale", "response": 2.0, "nested": paths}
     found = chance.runs(scene, 128, runs=24, integrator=integrator("kelemen", paths=wrapped))
     wanted = 2 * chance.runs(scene, 128, runs=24, integrator=mi.load_dict(paths))
     chance.equal(level(found.mean((1, 2))), level(wanted.mean((1, 2))), precision=0.06)

@@ -11,9 +11,11 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-import bsdfs  # noqa: F401  registers the plugins
-import emitters  # noqa: F401
-import integrators  # noqa: F401
+from relume import (
+    bsdfs,  # noqa: F401  registers the plugins
+    emitters,  # noqa: F401
+    integrators,  # noqa: F401
+)
 
 RHO = np.array([0.5, 0.4, 0.3])
 SKY = np.array([1.0, 2.0, 3.0])

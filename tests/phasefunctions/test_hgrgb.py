@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mitsuba.python.chi2 import ChiSquareTest, PhaseFunctionAdapter, SphericalDomain
 
-import phasefunctions  # noqa: F401  registers the plugin
+from relume import phasefunctions  # noqa: F401  registers the plugin
 from relume.workbench.statistics import Level
 
 G = (0.0, 1e-4, 0.3, -0.5, 0.9, 0.99, -0.99, 1.0, -1.0)

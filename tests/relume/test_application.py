@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import relume
-import translator
-from relume import application, llvm
+from relume import application, llvm, translator
 from relume.session import CannotRender
 
 GLASS = "OBJECT\nsphere 0 1 2 1\ncolor 1 1 1\nreflection reflection\n"

@@ -144,7 +144,7 @@ def test_all_errors_of_a_file_at_once_with_suggestions(run, broken):
         (["render", "GLASS", "--variant", "scalar_rgb"], 1, "does not run the plugins"),
         (["render", "ROOM", "--integrator", "nope"], 1, "integrator 'nope'"),
         (["render", "ROOM", "--integrator", "diffuse"], 1, "it is no integrator"),
-        (["render", "ROOM", "--integrator", "sensorresponse"], 1, "one nested sampling integrator"),
+        (["render", "ROOM", "--integrator", "samplescale"], 1, "one nested sampling integrator"),
         (["render", "ROOM", "--size", "1x"], 2, "expected WIDTHxHEIGHT, such as 640x480"),
         (["render", "ROOM", "--size", "0x10"], 1, "expected sides of 1 to"),
         (["render", "ROOM", "--size", "999999x999999"], 1, "expected sides of 1 to"),

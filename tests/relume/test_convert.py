@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import relume
-import translator
+from relume import translator
 from relume.application import prepared
 from relume.convert import python_source, write_xml
 from relume.session import Session

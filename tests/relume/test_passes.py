@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from relume.passes import PassSet, Plan
+from relume.passes import PassPlan, PassSet
 
 
 def some(seed, size=30):
@@ -51,7 +51,7 @@ def test_what_is_no_set_is_refused(text):
 
 @pytest.mark.parametrize("spp, per_pass", [(1, 1), (3, 4), (4, 4), (11, 4), (12, 4), (7, 1)])
 def test_a_plan_is_finished_from_any_part_of_it(spp, per_pass):
-    plan = Plan(spp, per_pass)
+    plan = PassPlan(spp, per_pass)
     whole = plan.passes()
     assert whole.spp == spp and [n for _, n in whole][:-1] == [per_pass] * (len(whole) - 1)
     for seed in range(8):
@@ -61,12 +61,12 @@ def test_a_plan_is_finished_from_any_part_of_it(spp, per_pass):
 
 
 def test_a_finished_plan_is_extended_with_new_passes():
-    done = Plan(11, 4).passes()
-    assert str(Plan(20, 4).to_do(done)) == "3:5x4 5:6x1"
-    assert len(Plan(8, 4).to_do(done)) == 0
+    done = PassPlan(11, 4).passes()
+    assert str(PassPlan(20, 4).to_do(done)) == "3:5x4 5:6x1"
+    assert len(PassPlan(8, 4).to_do(done)) == 0
 
 
 def test_passes_are_as_large_as_memory_allows():
-    assert Plan.of(64, 64, 1000) == Plan(1000, 256)
-    assert Plan.of(4000, 3000, 10**8) == Plan(10**8, 1)
-    assert Plan.of(4000, 3000, 100, per_pass=7) == Plan(100, 7)
+    assert PassPlan.of(64, 64, 1000) == PassPlan(1000, 256)
+    assert PassPlan.of(4000, 3000, 10**8) == PassPlan(10**8, 1)
+    assert PassPlan.of(4000, 3000, 100, per_pass=7) == PassPlan(100, 7)

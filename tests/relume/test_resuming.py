@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from relume import cli, keeping, output, passes, passes_file, rendering, session
+from relume import checkpoint, cli, output, passes, passes_file, rendering, session
 
 SPP = 12
 
@@ -24,8 +24,8 @@ def here(tmp_path, monkeypatch):
     folder.mkdir()
     monkeypatch.chdir(folder)
     monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24)
-    monkeypatch.setattr(keeping, "INTERVAL", 0)
-    monkeypatch.setattr(keeping, "SHARE", 1e9)
+    monkeypatch.setattr(checkpoint, "INTERVAL", 0)
+    monkeypatch.setattr(checkpoint, "SHARE", 1e9)
     return folder
 
 
@@ -202,9 +202,9 @@ def test_a_render_goes_on_when_saving_fails(room, here, console, monkeypatch):
 
 def test_saving_takes_a_small_share_of_the_time(monkeypatch, tmp_path, console):
     """Saves of 1 s each: the next one comes 50 s later; quick ones come every 2 s."""
-    keeper = keeping.Keeper(tmp_path / "a.exr", None, console)
+    keeper = checkpoint.Checkpoint(tmp_path / "a.exr", None, console)
     saved, clock = [], [0.0]
-    monkeypatch.setattr(keeping.time, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(checkpoint.time, "perf_counter", lambda: clock[0])
 
     def save(_, seconds):
         saved.append(seconds)
@@ -222,7 +222,7 @@ def test_saving_takes_a_small_share_of_the_time(monkeypatch, tmp_path, console):
 
 
 def test_the_passes_of_another_process_are_not_removed(room, here, monkeypatch):
-    real = keeping.Keeper.save
+    real = checkpoint.Checkpoint.save
 
     def save(self, accumulator, seconds):
         real(self, accumulator, seconds)
@@ -230,15 +230,15 @@ def test_the_passes_of_another_process_are_not_removed(room, here, monkeypatch):
         other.write_bytes(b"of another process")
         os.replace(other, self.path)
 
-    monkeypatch.setattr(keeping.Keeper, "save", save)
+    monkeypatch.setattr(checkpoint.Checkpoint, "save", save)
     render(room(), "a.exr")
     assert Path("a.passes.exr").read_bytes() == b"of another process"
 
 
 def test_killed_at_once_it_goes_on_to_the_same_picture(room, here):
     """SIGKILL to the command line as soon as its passes appear, three times."""
-    setup = "from relume import cli, keeping, passes\npasses.SAMPLES_PER_PASS = 32 * 24 * 8\n"
-    setup += "keeping.INTERVAL = 0; keeping.SHARE = 1e9\n"
+    setup = "from relume import cli, checkpoint, passes\npasses.SAMPLES_PER_PASS = 32 * 24 * 8\n"
+    setup += "checkpoint.INTERVAL = 0; checkpoint.SHARE = 1e9\n"
     words = ["render", str(room()), "--spp", "400", "-o"]
     run = [sys.executable, "-c", setup + "cli.main()", *words]
     seen = 0

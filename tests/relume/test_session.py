@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import relume
-import translator
-from relume import passes
+from relume import passes, translator
 from relume import session as sessions
 from relume.application import for_mitsuba, prepared
 

@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-import sensors  # noqa: F401  registers the plugin
+from relume import sensors  # noqa: F401  registers the plugin
 
 
 @pytest.fixture(autouse=True)

@@ -107,6 +107,6 @@ def test_note(translated, write_picture):
     """The line is marked as an approximation."""
     write_picture("bump.png", U_RAMP)
     document = translated("OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nbump_texture bump.png\n").document
-    report = next(r for r in document.source.all if r.keyword == "bump_texture")
+    report = next(r for r in document.lines.all if r.keyword == "bump_texture")
     assert report.outcome == "approximated"
     assert "bump" in report.note

@@ -1,13 +1,12 @@
 """Checks of several values together, or of values with their meaning."""
 
 import pytest
-
-from translator import read_text
-from translator.checks import check
-from translator.diagnostics import SceneError
-from translator.document import Document
-from translator.objects import SceneObject
-from translator.shapes import Disk
+from relume.translator import read_text
+from relume.translator.checks import check
+from relume.translator.diagnostics import SceneError
+from relume.translator.document import Document
+from relume.translator.objects import SceneObject
+from relume.translator.shapes import Disk
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 

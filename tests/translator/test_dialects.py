@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-
-from translator import read_text, translate
-from translator.dialects import DIALECTS, DIFFERENCES, note
+from relume.translator import read_text, translate
+from relume.translator.dialects import DIALECTS, DIFFERENCES, note
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 GREY = "color 0.4 0.4 0.4\nspecular 0.4 0.4 0.4\n"
@@ -25,7 +24,7 @@ def both(text, **options):
 
 
 def notes(translation):
-    return " ".join(report.note for report in translation.document.source.all)
+    return " ".join(report.note for report in translation.document.lines.all)
 
 
 def inner_bsdf(translation):
@@ -100,7 +99,7 @@ def test_luminance_cutoff():
     """Off, or 0.025 where the file is silent: times the samples, for each sample alone."""
     manual, program = both("SAMPLING\n10\nSUPERSAMPLING\n2\n")
     assert manual.scene["integrator"]["type"] == "path"
-    assert program.scene["integrator"]["type"] == "sensorresponse"
+    assert program.scene["integrator"]["type"] == "samplescale"
     assert program.scene["integrator"]["luminance_limit"] == pytest.approx(0.025 * 40)
     assert all(t.scene["integrator"]["type"] == "path" for t in both(OFF))
     limits = [t.scene["integrator"]["luminance_limit"] for t in both("luminance_cutoff\n0.5\n")]

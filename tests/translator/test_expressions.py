@@ -8,8 +8,7 @@ import math
 import time
 
 import pytest
-
-from translator.expressions import (
+from relume.translator.expressions import (
     CONSTANTS,
     FUNCTIONS,
     FUNCTIONS2,

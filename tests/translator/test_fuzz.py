@@ -8,13 +8,12 @@ import random
 import time
 
 import pytest
-
-from translator import read_text, translate
-from translator.diagnostics import ERROR_KINDS, SceneError
-from translator.document import Document
-from translator.keywords import rows
-from translator.objects import REFLECTIONS, SceneObject
-from translator.shapes import SHAPES
+from relume.translator import read_text, translate
+from relume.translator.diagnostics import ERROR_KINDS, SceneError
+from relume.translator.document import Document
+from relume.translator.keywords import rows
+from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.shapes import SHAPES
 
 CASES = 1000
 LIMIT = 10.0

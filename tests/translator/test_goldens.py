@@ -14,8 +14,7 @@ import os
 from pathlib import Path
 
 import pytest
-
-from translator import read_text, translate
+from relume.translator import read_text, translate
 
 GOLDENS = Path(__file__).parent / "goldens"
 
@@ -301,7 +300,7 @@ def summary(value):
 def translated(text, plain):
     """What a golden holds for a scene."""
     translation = translate(read_text(text, environ={}))
-    lines = [[r.line, r.keyword, r.outcome, r.note] for r in translation.document.source.all]
+    lines = [[r.line, r.keyword, r.outcome, r.note] for r in translation.document.lines.all]
     return {
         "text": text.split("\n"),
         "scene": summary(plain(translation.scene)),

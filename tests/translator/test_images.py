@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image as PillowImage
-
-from translator import images
-from translator.images import ImageError, as_texture, bump_height, read_image
+from relume.translator import images
+from relume.translator.images import ImageError, as_texture, bump_height, read_image
 
 
 def _read(tmp_path, data, name="picture"):

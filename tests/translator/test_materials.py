@@ -1,9 +1,8 @@
 """From attribute lines to BSDF dictionaries, for every kind of reflection and both dialects."""
 
 import pytest
-
-from translator.diagnostics import SceneError
-from translator.neutral import Color
+from relume.translator.diagnostics import SceneError
+from relume.translator.scene_values import Color
 
 COLORS = "color 0.5 0.25 0.125\nspecular 0.2 0.4 0.6\n"
 
@@ -32,7 +31,7 @@ def bsdf(translated):
         lines = COLORS + lines
         result = translated(text + lines, dialect)
         entries = [e for e in result.scene.values() if isinstance(e, dict) and "bsdf" in e]
-        reports = {r.keyword: r for r in result.document.source.all}
+        reports = {r.keyword: r for r in result.document.lines.all}
         return entries[0]["bsdf"], reports
 
     return make

@@ -4,13 +4,13 @@ what closed forms say of the pictures."""
 import mitsuba as mi
 import numpy as np
 import pytest
+from relume.translator import read_text, translate
+from relume.translator.materials_table import MATERIALS
+from relume.translator.media import uses_dipole, with_method
+from relume.translator.scene_values import Mesh
+from relume.translator.watertight import open_edges
 
 from relume.session import Session
-from translator import read_text, translate
-from translator.closed import open_edges
-from translator.materials_table import MATERIALS
-from translator.media import uses_dipole, with_method
-from translator.neutral import Mesh
 
 BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection reflection\n"
 SSS = BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\n"
@@ -213,7 +213,7 @@ def test_an_open_mesh_is_noted(tmp_path):
     (tmp_path / "open.obj").write_text(corners + faces)
     text = "OBJECT\nobjfile open.obj\nreflection reflection\nreflection Subsurface_Scattering\n"
     result = translate(read_text(text, environ={}), asset_path=[tmp_path])
-    report = result.document.source.all[0]
+    report = result.document.lines.all[0]
     assert report.outcome == "approximated" and "3 edges" in report.note
 
 

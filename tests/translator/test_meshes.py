@@ -5,8 +5,7 @@ import math
 import mitsuba as mi
 import numpy as np
 import pytest
-
-from translator.diagnostics import SceneError
+from relume.translator.diagnostics import SceneError
 
 QUAD = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACE = "f 1/1 2/2 3/3 4/4\n"
@@ -180,7 +179,7 @@ def test_missing_map_is_noted(translated, write):
     """A missing picture of an MTL file does not stop the scene; the object's colour stays."""
     write(f"{QUAD}usemtl m\n{FACE}", "newmtl m\nmap_Kd gone.png\nmap_Bump lost.png\n")
     translation = translated(OBJECT + "reflection diffuse\n")
-    notes = [r.note for r in translation.document.source.all if r.outcome == "approximated"]
+    notes = [r.note for r in translation.document.lines.all if r.outcome == "approximated"]
     assert len(notes) == 1
     assert "no such file 'gone.png' for map_Kd" in notes[0]
     assert "no such file 'lost.png' for map_Bump" in notes[0]

@@ -1,8 +1,7 @@
 """MTL files: every key of the language, its rules over several keys, and located errors."""
 
 import pytest
-
-from translator.mtl import MtlError, TextureMap, read_mtl
+from relume.translator.mtl import MtlError, TextureMap, read_mtl
 
 
 def _read(tmp_path, text, encoding="utf-8"):

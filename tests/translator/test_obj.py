@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from translator import obj
-from translator.obj import MeshError, features, plain, read_obj, vertex_normals
+from relume.translator import obj
+from relume.translator.obj import MeshError, features, plain, read_obj, vertex_normals
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)

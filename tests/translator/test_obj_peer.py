@@ -2,8 +2,7 @@
 
 import numpy as np
 import trimesh
-
-from translator.obj import read_obj
+from relume.translator.obj import read_obj
 
 GROUPS = 3
 """Materials of the test mesh."""

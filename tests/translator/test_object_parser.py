@@ -1,12 +1,11 @@
 """Parsing of `OBJECT` blocks: shapes, attributes, and the words of real files (section 1.5)."""
 
 import pytest
-
-from translator import read_text
-from translator.blocks import Transform
-from translator.diagnostics import SceneError
-from translator.objects import Reflection
-from translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator import read_text
+from relume.translator.blocks import Transform
+from relume.translator.diagnostics import SceneError
+from relume.translator.objects import Reflection
+from relume.translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 BELOW = "reflection Subsurface_Scattering\n"
@@ -24,7 +23,7 @@ def ball(lines):
 
 def outcomes(text):
     """Keyword, outcome and note of each reported line, by line number."""
-    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).source.all}
+    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).lines.all}
 
 
 def error(text):
@@ -135,7 +134,7 @@ def test_shapes():
     document = scene("\n\n".join("OBJECT\n" + line for line in lines))
     assert [block.shape for block in document.objects] == [
         MeshFile("a b\\ソ.obj"), InfinityLight((0, -2, 0)), Sphere((0, 0, 0), 2)]
-    assert "radius -2 read as 2" in document.objects[2].source.all[1].note
+    assert "radius -2 read as 2" in document.objects[2].lines.all[1].note
 
 
 def test_transforms_keep_their_order():

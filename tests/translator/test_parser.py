@@ -4,11 +4,10 @@ Section numbers are those of the scene language's description.
 """
 
 import pytest
-
-from translator import read, read_text
-from translator.blocks import BlackHole, WormHole
-from translator.diagnostics import SceneError
-from translator.shapes import Sphere, UVPlane
+from relume.translator import read, read_text
+from relume.translator.blocks import BlackHole, WormHole
+from relume.translator.diagnostics import SceneError
+from relume.translator.shapes import Sphere, UVPlane
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 
@@ -25,7 +24,7 @@ def ball(lines):
 
 def outcomes(text):
     """Keyword, outcome and note of each reported line, by line number."""
-    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).source.all}
+    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).lines.all}
 
 
 def errors(text):
@@ -124,7 +123,7 @@ def test_trailing_blanks_are_accepted_with_a_note(text):
     """9 real files have one; the program dies of it."""
     document = scene(text)
     assert document == scene("\n".join(line.rstrip() for line in text.split("\n")))
-    notes = [report.note for report in document.source.all if "blank at the end" in report.note]
+    notes = [report.note for report in document.lines.all if "blank at the end" in report.note]
     assert len(notes) == 1
 
 
@@ -187,7 +186,7 @@ def test_a_disabled_camera_matrix():
     """Its lines are passed over, too."""
     document = scene("#CAMERA_MATRIX\nrotation 0 1 0\ntranslate 1 1 1\n")
     assert document.camera_matrix == []
-    assert [report.outcome for report in document.source.all] == ["ignored", "ignored"]
+    assert [report.outcome for report in document.lines.all] == ["ignored", "ignored"]
 
 
 def test_values_left_over_by_a_disabled_keyword():
@@ -245,7 +244,7 @@ def test_environment_in_a_file():
     text = "VAR T\n%TIME%\nDEPTH\n%DEEP%\nSAMPLING\n%N% per pixel\n"
     document = read_text(text, environ={"TIME": "2.5", "N": "7"})
     assert (document.variables["T"], document.depth, document.sampling) == (2.5, 0, 7)
-    notes = {report.line: report.note for report in document.source.all}
+    notes = {report.line: report.note for report in document.lines.all}
     assert notes[2] == "from environment variable TIME"
     assert "DEEP is not set: 0" in notes[3]
 

@@ -1,9 +1,8 @@
 """The plan takes the smallest means: variant, integrator, sensor and plugins of small scenes."""
 
 import pytest
-
-from translator import read_text, translate
-from translator.plan import bootstrap, with_samples
+from relume.translator import read_text, translate
+from relume.translator.plan import bootstrap, with_samples
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
@@ -55,10 +54,10 @@ SCENES = {
         "SCREEN\n20 30 40\n", RGB, "path", "screencamera", ["screencamera"], 32,
     ),
     "response": (
-        "sensor_response\n2\n", RGB, "sensorresponse", "perspective", ["sensorresponse"], 32,
+        "sensor_response\n2\n", RGB, "samplescale", "perspective", ["samplescale"], 32,
     ),
     "cutoff": (
-        "luminance_cutoff\n0.5\n", RGB, "sensorresponse", "perspective", ["sensorresponse"], 32,
+        "luminance_cutoff\n0.5\n", RGB, "samplescale", "perspective", ["samplescale"], 32,
     ),
     "grey fog": (FOG, RGB, "volpath", "perspective", [], 32),
     "coloured fog": (
@@ -117,7 +116,7 @@ def test_reasons():
     reasons = translate(read_text(SCENES["dispersion"][0], environ={})).plan.reasons
     assert "dispersion" in reasons["variant"] and "dispersion" in reasons["integrator"]
     reasons = translate(read_text(SCENES["response"][0], environ={})).plan.reasons
-    assert "sensorresponse" in reasons["integrator"]
+    assert "samplescale" in reasons["integrator"]
     reasons = translate(read_text(SCENES["wide pixels"][0], environ={})).plan.reasons
     assert "not square" in reasons["sensor"]
 

@@ -2,9 +2,8 @@
 
 import mitsuba as mi
 import pytest
-
-from translator import read_text, translate
-from translator.precision import RAY_OFFSET
+from relume.translator import read_text, translate
+from relume.translator.precision import RAY_OFFSET
 
 GLASS = "color 1 1 1\nreflection reflection\n\n"
 
@@ -14,7 +13,7 @@ def notes(objects):
     ball = "OBJECT\nsphere 0 0 0 5\ncolor 1 1 1\nreflection diffuse\n\n"
     head = "CAMERA_POS\n0 0 4\nTARGET_POS\n0 0 0\nCAMERA_UPVEC\n0 1 0\n\n"
     document = translate(read_text(head + ball + objects, environ={})).document
-    return [r.note for r in document.source.all if "rays miss" in r.note]
+    return [r.note for r in document.lines.all if "rays miss" in r.note]
 
 
 def sheet(gap, shift=0.0):

@@ -9,17 +9,16 @@ import math
 import pytest
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
-
-from translator import read, read_text
-from translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
-from translator.diagnostics import SceneError
-from translator.document import MAX_SIDE, Document
-from translator.keywords import rows
-from translator.materials_table import MATERIALS
-from translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
-from translator.printer import print_document
-from translator.shapes import SHAPES, MeshFile, Sphere
-from translator.values import MAX_NUMBER
+from relume.translator import read, read_text
+from relume.translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
+from relume.translator.diagnostics import SceneError
+from relume.translator.document import MAX_SIDE, Document
+from relume.translator.keywords import rows
+from relume.translator.materials_table import MATERIALS
+from relume.translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
+from relume.translator.printer import print_document
+from relume.translator.shapes import SHAPES, MeshFile, Sphere
+from relume.translator.values import MAX_NUMBER
 
 BALL = Sphere((0.0, 0.0, 0.0), 1.0)
 

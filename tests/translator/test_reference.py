@@ -4,19 +4,18 @@ import re
 from pathlib import Path
 
 import pytest
-
-from translator.dialects import DIFFERENCES
-from translator.document import Document
-from translator.keywords import rows
-from translator.objects import REFLECTIONS, SceneObject
-from translator.reference import page
-from translator.shapes import SHAPES
+from relume.translator.dialects import DIFFERENCES
+from relume.translator.document import Document
+from relume.translator.keywords import rows
+from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.reference import page
+from relume.translator.shapes import SHAPES
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "keywords.md"
 
 
 def test_the_committed_page_is_current():
-    """After a change of a table: `python -m translator.reference > docs/keywords.md`."""
+    """After a change of a table: `python -m relume.translator.reference > docs/keywords.md`."""
     assert PAGE.read_text(encoding="utf-8") == page()
 
 

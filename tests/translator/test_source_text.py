@@ -4,10 +4,9 @@ import os
 import time
 
 import pytest
-
-from translator import read, source_text
-from translator.diagnostics import SceneError
-from translator.source_text import read_lines, split
+from relume.translator import read, source_text
+from relume.translator.diagnostics import SceneError
+from relume.translator.source_text import read_lines, split
 
 
 def refused(data):

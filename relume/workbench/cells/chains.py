@@ -75,7 +75,7 @@ def few_chains(chains):
     """As white room: L = 1 / (1 - 0.8) = 5, by two chains and by a thousand."""
     scene = {
         "type": "scene",
-        "integrator": {"type": "pssmlt", "chains": chains, "hand_over": False},
+        "integrator": {"type": "pssmlt", "chains": chains, "fallback": False},
         "sensor": camera((0, 0, 0.5), (0, 0, 0), 60),
         "cube": {
             "type": "cube",

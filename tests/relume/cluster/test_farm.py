@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import relume
-import translator
-from relume import identity
+from relume import fingerprint, translator
 from relume.accumulator import Accumulator
 from relume.application import prepared
-from relume.cluster import parcel
-from relume.passes import Pass, Plan
+from relume.cluster import serialization
+from relume.passes import Pass, PassPlan
 from relume.session import CannotRender
 
 distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed")
@@ -21,7 +20,7 @@ distributed = pytest.importorskip("distributed", reason="dask.distributed is not
 from relume.cluster import farm as farms  # noqa: E402
 from relume.cluster import worker as remote  # noqa: E402
 
-PLAN = Plan(spp=44, per_pass=4)
+PLAN = PassPlan(spp=44, per_pass=4)
 
 
 @pytest.fixture(scope="module")
@@ -59,13 +58,13 @@ class Rendering:
     def __init__(self, client, path, spp=PLAN.spp):
         translation = translator.translate(relume.read(path))
         plan = translation.plan
-        render = identity.of_render(translation, plan.variant, 0, None, PLAN.per_pass)
-        scene, contents = parcel.pack(translation.scene)
+        render = fingerprint.of_render(translation, plan.variant, 0, None, PLAN.per_pass)
+        scene, contents = serialization.pack(translation.scene)
         job = remote.Job.of(translation, scene, render, None)
         self.notes = []
         self.farm = farms.Farm(client, job, contents, self.notes.append)
         self.accumulator = Accumulator(plan.width, plan.height)
-        self.to_do = Plan(spp, PLAN.per_pass).passes()
+        self.to_do = PassPlan(spp, PLAN.per_pass).passes()
         with prepared(translation) as session:
             for found in session.render(self.to_do):
                 self.accumulator.add(found)
@@ -253,17 +252,17 @@ def test_a_scene_that_makes_nan_everywhere_is_rendered(client, workers, room):
 
 def test_a_worker_of_another_version_is_not_used(client, workers, room, monkeypatch):
     def other_version():
-        from relume import identity
+        from relume import fingerprint
 
-        versions = identity.versions()
-        identity.versions = lambda: versions | {"mitsuba": "2.0"}
+        versions = fingerprint.versions()
+        fingerprint.versions = lambda: versions | {"mitsuba": "2.0"}
 
     def own_version():
         import importlib
 
-        from relume import identity
+        from relume import fingerprint
 
-        importlib.reload(identity)
+        importlib.reload(fingerprint)
 
     path = room("LENS\n0.3 14", spp=44)
     client.run(other_version, workers=workers[:1])

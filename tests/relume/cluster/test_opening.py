@@ -13,9 +13,9 @@ from click.testing import CliRunner
 from relume import cli, passes_file
 
 SETUP = """
-from relume import cli, keeping, passes
+from relume import cli, checkpoint, passes
 passes.SAMPLES_PER_PASS = 32 * 24 * 16
-keeping.INTERVAL = 0
+checkpoint.INTERVAL = 0
 cli.main()
 """
 

@@ -6,7 +6,7 @@ import mitsuba as mi
 import pytest
 
 import relume
-import translator
+from relume import translator
 from relume.application import ready
 from relume.session import CannotRender
 from relume.workbench import methods
@@ -89,10 +89,10 @@ def test_wrappers_stay_around_another_method(staged):
     """`luminance_cutoff` wraps the integrator: any method must stay inside."""
     stage = staged("luminance_cutoff\n0.5")
     planned = stage.translation.scene["integrator"]
-    assert planned["type"] == "sensorresponse" and methods.planned(stage.translation).name == "path"
+    assert planned["type"] == "samplescale" and methods.planned(stage.translation).name == "path"
     with ready(stage.translation):
         made = stage.translated(methods.find("volpath")).scene["integrator"]
-    assert made["type"] == "sensorresponse"
+    assert made["type"] == "samplescale"
     assert made["luminance_limit"] == planned["luminance_limit"]
     assert made["integrator"] == planned["integrator"] | {"type": "volpath"}
 
@@ -103,7 +103,7 @@ def test_chains_go_around_the_wrappers(staged):
     with ready(stage.translation):
         made = stage.translated(methods.find("pssmlt-lux")).scene["integrator"]
     assert made["type"] == "pssmlt" and made["mutation"] == "lux"
-    assert made["paths"]["type"] == "sensorresponse"
+    assert made["paths"]["type"] == "samplescale"
     assert made["paths"]["integrator"]["type"] == "dispersivepath"
     stage = staged("metropolisTransport\n1\nsensor_response\n2")
     planned = methods.planned(stage.translation)
@@ -111,7 +111,7 @@ def test_chains_go_around_the_wrappers(staged):
     with ready(stage.translation):
         assert stage.translated(planned).scene == stage.translation.scene
         plain = stage.translated(methods.find("path")).scene["integrator"]
-    assert plain["type"] == "sensorresponse" and plain["integrator"]["type"] == "path"
+    assert plain["type"] == "samplescale" and plain["integrator"]["type"] == "path"
 
 
 def test_methods_that_do_not_change_the_scene_share_it(staged):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import relume
-import translator
+from relume import translator
 from relume.application import ready, resized
 from relume.session import CannotRender
 from relume.workbench import comparing, estimate_files, methods, references, statistics

@@ -1,0 +1,80 @@
+r"""Factor and limit of every sample (`samplescale`)
+====================================================
+
+.. list-table::
+   * - Parameter, type
+     - Description
+   * - (nested): integrator
+     - Sampling integrator whose samples are changed.
+   * - response: float
+     - Factor of the radiance :math:`k \ge 0`. (Default: 1)
+   * - luminance_limit: float
+     - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit.
+       (Default: 0)
+
+A sample of radiance :math:`L` and luminance :math:`Y = (0.2126, 0.7152, 0.0722) \cdot L` becomes
+:math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture is
+biased dark.
+
+Source: the legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
+at most `luminance_cutoff` to the average of a pixel, so :math:`Y_{max}` is that times the samples
+of a pixel.
+
+.. code-block:: python
+
+    {"type": "samplescale", "luminance_limit": 20.0, "nested": {"type": "path"}}
+"""
+
+import drjit as dr
+import mitsuba as mi
+from relume.integrators.common import nested_integrator, with_depth_range
+
+from relume.registration import on_every_variant
+
+
+def define():
+    """Define and register the plugin under the variant in use."""
+
+    class SampleScale(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            self.nested = nested_integrator(props)
+            self.factor = props.get("response", 1.0)
+            limit = props.get("luminance_limit", 0.0)
+            self.limited = limit > 0
+            self.response, self.luminance_limit = mi.Float(self.factor), mi.Float(limit)
+            dr.make_opaque(self.response, self.luminance_limit)
+
+        def with_depth_range(self, min_depth, max_depth):
+            if self.limited:
+                raise ValueError("samplescale cannot part light of which luminance_limit cuts")
+            nested = with_depth_range(self.nested, min_depth, max_depth)
+            return mi.load_dict(
+                {"type": "samplescale", "response": self.factor, "nested": nested}
+            )
+
+        def aov_names(self):
+            return self.nested.aov_names()
+
+        def traverse(self, cb):
+            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
+            if self.limited:
+                Y = self.luminance(L, ray.wavelengths)
+                L *= dr.minimum(1, self.luminance_limit / dr.maximum(Y, 1e-30))
+            return L * self.response, valid, aovs
+
+        def luminance(self, L, wavelengths):
+            if mi.is_spectral:  # what the sensor makes of it: it weighs wavelengths by this density
+                L = L / mi.pdf_rgb_spectrum(wavelengths)
+            return mi.luminance(L, wavelengths)
+
+        def to_string(self):
+            return f"SampleScale[{self.nested}]"
+
+    mi.register_integrator("samplescale", SampleScale)
+
+
+on_every_variant(define)

@@ -1,0 +1,103 @@
+"""The `samplescale` integrator: factor and luminance limit of every sample."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "llvm_ad_mono")
+
+
+@pytest.fixture(params=VARIANTS)
+def variant(request):
+    mi.set_variant(request.param)
+
+
+def wrapped(**parameters):
+    return mi.load_dict({"type": "samplescale", "nested": {"type": "path"}, **parameters})
+
+
+def sky(radiance):
+    """A scene in which every sample has the same radiance."""
+    film = {"type": "hdrfilm", "width": 4, "height": 3, "rfilter": {"type": "box"}}
+    sensor = {"type": "perspective", "film": film | {"pixel_format": "luminance"}}
+    return mi.load_dict(
+        {"type": "scene", "sensor": sensor, "sky": {"type": "constant", "radiance": radiance}}
+    )
+
+
+def luminance(scene, integrator, spp=64):
+    return np.array(mi.render(scene, integrator=integrator, spp=spp))
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize(
+    "parameters, expected",
+    [
+        ({}, 2),
+        ({"response": 0.5}, 1),
+        ({"luminance_limit": 0.0}, 2),
+        ({"luminance_limit": 3.0}, 2),
+        ({"luminance_limit": 0.5}, 0.5),
+        ({"luminance_limit": 0.5, "response": 3.0}, 1.5),
+        ({"response": 0.0}, 0),
+    ],
+)
+def test_closed_form_on_samples_of_one_radiance(variant, parameters, expected, chance, level):
+    """k min(L, Y_max) for grey samples of luminance L = 2; the limit comes before the factor.
+
+    In the spectral variant a sample's luminance is an estimate from four wavelengths: those above
+    the limit lose energy, so that only the cases without an active limit have a closed form there.
+    """
+    if "spectral" in mi.variant() and 0 < parameters.get("luminance_limit", 0) <= 3:
+        pytest.skip("the luminance of a spectral sample varies with its wavelengths")
+    spp = 1024 if mi.is_spectral else 4
+    pictures = chance.runs(sky(2.0), spp, integrator=wrapped(**parameters))
+    measured = level(pictures.mean(axis=(1, 2, 3)))
+    chance.equal(measured, expected, allowed=1e-3 if mi.is_spectral else 1e-5, precision=5e-3)
+
+
+def test_spectral_samples_obey_the_limit():
+    """No pixel of one sample exceeds the limit by more than the sensor's own conversion."""
+    mi.set_variant("llvm_ad_spectral")
+    free, held = (
+        luminance(sky(2.0), integrator, spp=1024).mean()
+        for integrator in (wrapped(), wrapped(luminance_limit=1.0))
+    )
+    assert held < 1.02 < free
+
+
+def test_colour_is_kept():
+    """A sample is scaled as a whole: ratios of its channels stay (weights known to four digits)."""
+    mi.set_variant("llvm_ad_rgb")
+    scene = sky({"type": "rgb", "value": [4.0, 1.0, 0.5]})
+    ray = dr.zeros(mi.RayDifferential3f)
+    ray.d = mi.Vector3f(0, 0, 1)
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(0, 1)
+    L, _, aovs = wrapped(luminance_limit=0.5).sample(scene, sampler, ray)
+    Y = 0.2126 * 4 + 0.7152 * 1 + 0.0722 * 0.5
+    assert np.allclose(np.array(L).ravel(), np.array([4, 1, 0.5]) * 0.5 / Y, rtol=3e-4)
+    assert aovs == []
+
+
+def test_black_samples_stay_black():
+    mi.set_variant("llvm_ad_rgb")
+    assert (luminance(sky(0.0), wrapped(luminance_limit=0.5)) == 0).all()
+
+
+def test_it_forwards_the_nested_integrators_outputs():
+    mi.set_variant("llvm_ad_rgb")
+    aov = {"type": "aov", "aovs": "distance:depth"}
+    made = mi.load_dict({"type": "samplescale", "response": 2.0, "nested": aov})
+    assert made.aov_names() == mi.load_dict(aov).aov_names()
+    assert "AOV" in str(made)
+
+
+@pytest.mark.parametrize(
+    "nested", [{}, {"nested": {"type": "ptracer"}}, {"a": {"type": "path"}, "b": {"type": "path"}}]
+)
+def test_it_takes_one_sampling_integrator(nested):
+    mi.set_variant("llvm_ad_rgb")
+    with pytest.raises(RuntimeError, match="one nested sampling integrator"):
+        mi.load_dict({"type": "samplescale", **nested})

@@ -1,0 +1,135 @@
+"""Reflectances: a colour, a picture or the vertex colours of a mesh, multiplied and translated.
+
+Three kinds of value serve wherever a surface has a colour: a tuple of three numbers, a `Texture`
+and `VertexColor`.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from relume.translator.images import as_texture, read_image
+from relume.translator.scene_values import Matrix, Picture, reflectance
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """A picture on a surface.
+
+    Attributes:
+        rgb: (height, width, 3) linear, as Mitsuba takes it: the row at v = 0 first.
+        alpha: (height, width) opacity, or None where everything is opaque.
+        uv_scale, uv_offset: factors and shifts of u and v.
+        spectral: whether the scene is rendered by wavelength.
+    """
+
+    rgb: np.ndarray
+    alpha: np.ndarray | None = None
+    uv_scale: tuple[float, float] = (1.0, 1.0)
+    uv_offset: tuple[float, float] = (0.0, 0.0)
+    spectral: bool = False
+
+    def times(self, factors):
+        """The texture with every texel multiplied by three factors."""
+        return replace(self, rgb=self.rgb * np.asarray(factors, np.float32))
+
+    def entry(self):
+        """The dictionary of the texture."""
+        # Colours are converted to spectra in spectral variants. Values above 1 have no reflectance
+        # spectrum: they are used as they are, unless the scene is rendered by wavelength.
+        return self._bitmap(self.rgb, raw=not self.spectral and bool(self.rgb.max() > 1))
+
+    def opacity(self):
+        """The dictionary of the opacity, None where everything is opaque."""
+        return None if self.alpha is None else self._bitmap(self.alpha[..., None], raw=True)
+
+    def _bitmap(self, pixels, raw):
+        entry = {"type": "bitmap", "picture": Picture(pixels), "raw": raw, "filter_type": "nearest"}
+        if self.uv_scale != (1.0, 1.0) or self.uv_offset != (0.0, 0.0):
+            entry["to_uv"] = uv_matrix(self.uv_scale, self.uv_offset)
+        return entry
+
+
+@dataclass(frozen=True)
+class VertexColor:
+    """The colours of a mesh's vertices, multiplied by `factor`."""
+
+    factor: float = 1.0
+
+    def times(self, factors):
+        """The vertex colours multiplied by the mean of three more factors."""
+        return VertexColor(self.factor * float(np.mean(factors)))
+
+    def entry(self):
+        """The dictionary of the texture."""
+        return {"type": "mesh_attribute", "name": "vertex_color", "scale": self.factor}
+
+
+def uv_matrix(scale, offset):
+    """Mitsuba's `to_uv` for u' = scale u + offset."""
+    matrix = np.diag([scale[0], scale[1], 1.0, 1.0])
+    matrix[:2, 3] = offset
+    return Matrix.of(matrix)
+
+
+def times(tint, factors):
+    """A tint multiplied by three factors or one number."""
+    factors = tuple(factors) if np.ndim(factors) else (factors,) * 3
+    if isinstance(tint, Texture | VertexColor):
+        return tint.times(factors)
+    return tuple(a * b for a, b in zip(tint, factors, strict=True))
+
+
+def at_most_one(tint):
+    """A tint whose values are cut off at 1; vertex colours are taken as they are."""
+    if isinstance(tint, Texture):
+        return replace(tint, rgb=np.minimum(tint.rgb, 1))
+    return tint if isinstance(tint, VertexColor) else tuple(min(x, 1.0) for x in tint)
+
+
+def entry(tint):
+    """What a BSDF takes as a reflectance."""
+    return tint.entry() if isinstance(tint, Texture | VertexColor) else reflectance(tint)
+
+
+def mean(tint):
+    """Mean over channels and texels; vertex colours count as 1."""
+    if isinstance(tint, Texture):
+        return float(tint.rgb.mean())
+    return float(np.mean(tint.factor if isinstance(tint, VertexColor) else tint))
+
+
+def met(pixels):
+    """The texels of a picture that are ever met, top row first.
+
+    The original program takes the texel in column floor((w - 1) u) and, from the bottom, row
+    floor((h - 1) v): for u and v below 1 the last column and the top row are never met (section
+    11.1). Without them the nearest texel is the same one.
+    """
+    height, width = pixels.shape[:2]
+    return pixels[min(1, height - 1) :, : max(1, width - 1)]
+
+
+def load_texture(
+    path, *, flip=True, repeat=1, uv_scale=(1.0, 1.0), uv_offset=(0.0, 0.0), spectral=False
+):
+    """The `Texture` of a picture file.
+
+    Args:
+        path: the picture.
+        flip: True for shapes, whose v = 0 is the bottom row; False for meshes, whose v is turned
+            round when they are read.
+        repeat: how often the picture repeats along each side.
+        uv_scale: further factors of u and v.
+        uv_offset: shifts of u and v.
+        spectral: whether the scene is rendered by wavelength.
+
+    Raises:
+        ImageError: the file is no picture.
+    """
+    image = as_texture(read_image(path))
+    rgb, alpha = met(image.rgb), None if image.alpha is None else met(image.alpha)
+    if flip:
+        rgb, alpha = rgb[::-1], None if alpha is None else alpha[::-1]
+    scale = (uv_scale[0] * repeat, uv_scale[1] * repeat)
+    offset = (uv_offset[0] * repeat, uv_offset[1] * repeat)
+    return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral)
