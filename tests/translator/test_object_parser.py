@@ -2,9 +2,9 @@
 
 import pytest
 from relume.translator import read_text
-from relume.translator.blocks import Transform
 from relume.translator.diagnostics import SceneError
-from relume.translator.objects import Reflection
+from relume.translator.forms.reflections import Reflection
+from relume.translator.forms.transforms import Transform
 from relume.translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"

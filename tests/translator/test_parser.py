@@ -5,8 +5,8 @@ Section numbers are those of the scene language's description.
 
 import pytest
 from relume.translator import read, read_text
-from relume.translator.blocks import BlackHole, WormHole
 from relume.translator.diagnostics import SceneError
+from relume.translator.gravity import BlackHole, WormHole
 from relume.translator.shapes import Sphere, UVPlane
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
