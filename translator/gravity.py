@@ -74,3 +74,10 @@ class WormHole:
     coef1: float = beside("coef1", NUMBER, 1, 1.0, "Factor of the near sky.", **OUTSIDE)
     coef2: float = beside("coef2", NUMBER, 1, 1.0, "Factor of the far sky.", **OUTSIDE)
     lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+
+
+GRAVITY_BLOCKS: dict[str, type[BlackHole | WormHole]] = {
+    "BLACKHOLE": BlackHole,
+    "WORMHOLE": WormHole,
+}
+"""The dataclass of each block by the word that opens it."""

@@ -11,13 +11,12 @@ from relume.translator.diagnostics import LineReports, Problem, SceneError
 from relume.translator.document import Document
 from relume.translator.expressions import clip
 from relume.translator.forms.transforms import TRANSFORMS
-from relume.translator.gravity import BlackHole, WormHole
+from relume.translator.gravity import GRAVITY_BLOCKS
 from relume.translator.keywords import BLOCK, by_word
 from relume.translator.object_parser import ATTRIBUTES, LOOKALIKES, read_object
 from relume.translator.shapes import SHAPES
 from relume.translator.source_text import FileName, decode_lines, read_lines
 
-GRAVITY: dict[str, type[BlackHole | WormHole]] = {"BLACKHOLE": BlackHole, "WORMHOLE": WormHole}
 OBJECT_WORDS = {*ATTRIBUTES, *SHAPES, *TRANSFORMS, "U", "V", "nromal"}
 
 
@@ -97,7 +96,7 @@ class _FileReader:
         self.document = document
         self.keywords = by_word(type(document))
         blocks = [word for word, row in self.keywords.items() if row.place == BLOCK]
-        self.blocks = {"OBJECT", *GRAVITY, *blocks}
+        self.blocks = {"OBJECT", *GRAVITY_BLOCKS, *blocks}
         self.known = {*self.keywords, *OBJECT_WORDS, *self.blocks} - {"U", "V", "nromal"}
         self.disabled_block: tuple[int, str] | None = None
         self.disabled_word = ""
@@ -107,14 +106,14 @@ class _FileReader:
         while cursor.index < len(cursor.lines):
             line = cursor.line
             if not line.strip():
-                self.enable()
+                self.end_disabled()
             elif line.startswith("#"):
                 self.comment(line)
             else:
                 self.scene_line()
             cursor.index += 1
 
-    def enable(self) -> None:
+    def end_disabled(self) -> None:
         self.disabled_block = None
         self.disabled_word = ""
 
@@ -133,10 +132,10 @@ class _FileReader:
         elif self.disabled_block and (word in OBJECT_WORDS or not self.opens(word)):
             self.in_disabled_block(*self.disabled_block, word)
         elif word in self.keywords:
-            self.enable()
+            self.end_disabled()
             self.keywords[word].read(cursor, word, self.document)
         elif word in self.blocks:
-            self.enable()
+            self.end_disabled()
             self.block(word)
         else:
             self.stray(word)
@@ -181,7 +180,7 @@ class _FileReader:
 
     def gravity(self, word: str) -> None:
         cursor = self.cursor
-        block = GRAVITY[word](lines=LineReports())
+        block = GRAVITY_BLOCKS[word](lines=LineReports())
         first = len(cursor.reports)
         block.lines.reports[""] = [cursor.report(word)]
         position = cursor.beside()
@@ -189,7 +188,7 @@ class _FileReader:
             if position.text.strip():
                 x, y, z = position.numbers(3)
                 block.position = x, y, z
-        table = by_word(GRAVITY[word])
+        table = by_word(type(block))
         for _ in cursor.block_lines():
             name = cursor.word
             if name in table:

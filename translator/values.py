@@ -206,7 +206,6 @@ class ValueReader:
         Raises:
             ValueProblem: there is no name between signs of percent, or the variable is no number.
         """
-        self.columns = [self.offset + 1]
         name, closed, _ = self.text.strip()[1:].partition("%")
         if not closed or not name:
             raise self.error(f"expected '%NAME%', found '{clip(self.text)}'", "syntax")
@@ -223,10 +222,15 @@ class ValueReader:
         return value
 
     def check_range(self, row: Keyword, numbers: Iterable[float]) -> None:
-        """Raise `ValueProblem` for the first of the numbers read last that is out of a row's range.
+        """Check numbers made of the text.
+
+        Raises:
+            ValueProblem: for the first number that is out of the row's range, at its column if it
+                is one of those read last.
         """
-        for number, column in zip(numbers, self.columns, strict=True):
+        for k, number in enumerate(numbers):
             if not row.contains(number):
+                column = self.columns[k] if k < len(self.columns) else None
                 wanted = row.range_text() + (f" [{row.unit}]" if row.unit else "")
                 message = f"{self.name} must be {wanted}, found {number:g}"
                 raise self.error(message, "range", column)

@@ -78,7 +78,8 @@ def test_long_lines_and_too_many_are_refused(monkeypatch):
     """Limits with the place where they are passed."""
     problem = refused(b"IMAGE\n" + b"1" * (source_text.MAX_LINE_LENGTH + 1))
     assert (problem.line, problem.column) == (2, source_text.MAX_LINE_LENGTH + 1)
-    assert decode_lines(b"1" * source_text.MAX_LINE_LENGTH, "") == ["1" * source_text.MAX_LINE_LENGTH]
+    longest = "1" * source_text.MAX_LINE_LENGTH
+    assert decode_lines(longest.encode(), "") == [longest]
     monkeypatch.setattr(source_text, "MAX_LINES", 10)
     assert len(decode_lines(b"1\n" * 9, "")) == 10
     assert refused(b"1\n" * 10).line == 11
