@@ -190,12 +190,12 @@ class ValueReader:
         return values, columns, end
 
     def name_text(self) -> str:
-        """A name, which takes the rest of the line; blanks at its ends are dropped.
+        """A name, which takes the rest of the line; blanks behind it are dropped.
 
         Raises:
             ValueProblem: there is no name.
         """
-        value = self.text.strip(" \t")
+        value = self.text.rstrip(" \t")
         if not value:
             raise self.error(f"{self.name} expects a name, found nothing", "syntax")
         return value

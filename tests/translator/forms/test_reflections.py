@@ -54,3 +54,10 @@ def test_a_bad_line_changes_nothing():
     assert found == [(3, 12, "keyword"), (5, 11, "syntax")]
     document, _ = parse(text.split("\n"), "", {})
     assert document.objects[0].reflection == Reflection("diffuse")
+
+
+@pytest.mark.parametrize(("numbers", "remarked"), [("1 2 3 4 5", True), ("1 2 3 4 5 6", False)])
+def test_missing_coefficients_are_remarked(numbers, remarked):
+    """At the line that lacks them."""
+    reports = scene(BALL + f"reflection reflection2\n{numbers}\n").lines.all
+    assert [bool(report.note) for report in reports] == [False, False, False, remarked]
