@@ -15,7 +15,7 @@ from PIL import Image
 from rich.console import Console
 
 import relume
-from relume import output, passes, rendering
+from relume import destination, output, passes, progress
 from relume.rendering import render_file
 
 NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
@@ -156,9 +156,9 @@ def test_the_command_line_limit_goes_before_the_files(room, here, console):
 
 def test_with_a_time_limit_the_picture_is_dumped_every_minute(room):
     document = relume.read(room("IMAGEDUMP\n600"))
-    destination = rendering.Destination(document, "a.png")
-    assert rendering.Dumps(document, destination, None).interval == 600
-    assert rendering.Dumps(document, destination, 3600).interval == 60
+    beside = destination.Destination(document, "a.png")
+    assert destination.Dumps(document, beside, None).interval == 600
+    assert destination.Dumps(document, beside, 3600).interval == 60
 
 
 def test_an_interrupt_keeps_the_picture_so_far(room, here):
@@ -182,7 +182,7 @@ def test_an_interrupt_keeps_the_picture_so_far(room, here):
 
 def test_signal_handlers_are_restored():
     before = signal.getsignal(signal.SIGINT)
-    with rendering.interruptible() as stop:
+    with progress.interruptible() as stop:
         signal.raise_signal(signal.SIGINT)
         assert stop == [signal.SIGINT]
         with pytest.raises(SystemExit) as ended:
