@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from relume.translator.blocks import BlackHole, Transform, WormHole
 from relume.translator.diagnostics import LineReports
+from relume.translator.document_display import Displayed
 from relume.translator.keywords import (
     BLOCK,
     ENVIRONMENT,
@@ -42,8 +43,8 @@ BLACK = (0.0, 0.0, 0.0)
 
 
 @document_fields
-@dataclass
-class Document:
+@dataclass(repr=False)
+class Document(Displayed):
     """A scene file."""
 
     image: tuple[int, int] = n(
