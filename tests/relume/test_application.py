@@ -5,14 +5,13 @@ import subprocess
 import sys
 import time
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 from PIL import Image
 
 import relume
-from relume import llvm, loading, passes, translator
+from relume import passes, translator
 from relume.session import CannotRender, Session
 
 GLASS = "OBJECT\nsphere 0 1 2 1\ncolor 1 1 1\nreflection reflection\n"
@@ -96,12 +95,6 @@ def test_render_takes_size_samples_and_document(room):
     assert np.array_equal(image, relume.render(room(), size=(10, 6), spp=3, seed=2))
 
 
-def test_spp_replaces_sampling_and_supersampling(room):
-    document = loading.resized(relume.read(room("SUPERSAMPLING\n3")), spp=5)
-    assert (document.sampling, document.supersampling) == (5, 1)
-    assert translator.translate(document).plan.spp == 5
-
-
 def test_options_and_changes_to_them(room):
     options = relume.RenderOptions(size=(10, 6), spp=3)
     image = relume.render(room(), options, seed=2)
@@ -138,13 +131,6 @@ def test_it_is_set_again_after_an_error(room):
 def test_only_dispersion_needs_wavelengths(room):
     plans = [translator.translate(relume.read(room(objects=o))).plan for o in (GLASS, DISPERSIVE)]
     assert [plan.variant for plan in plans] == ["llvm_ad_rgb", "llvm_ad_spectral"]
-
-
-def test_threads_are_as_before(room):
-    """With one thread left behind, Mitsuba never finishes to write an EXR file."""
-    dr.set_thread_count(2)
-    relume.render(room("THREAD\n1"), spp=1)
-    assert dr.thread_count() == 2
 
 
 @pytest.mark.parametrize("function", [relume.load, relume.to_dict])
@@ -202,33 +188,6 @@ def test_other_variants_give_the_same_brightness(room, kind, chance, level):
         return level([picture.mean() for picture in pictures])
 
     chance.equal(mean(f"llvm_ad_{kind}"), mean("llvm_ad_rgb"), allowed=5e-3, precision=5e-3)
-
-
-def test_without_llvm_scenes_of_stock_plugins_render_slowly(room, monkeypatch):
-    nothing = llvm.Library(None, "none", reason="no usable LLVM library")
-    monkeypatch.setattr(llvm, "install", lambda: nothing)
-    with pytest.warns(UserWarning, match="rendering slowly with scalar_rgb: no usable LLVM"):
-        assert relume.render(room(), size=(4, 3), spp=1).shape == (3, 4, 3)
-
-
-def test_without_llvm_scenes_of_other_plugins_say_what_they_need(room, monkeypatch):
-    nothing = llvm.Library(None, "none", reason="no usable LLVM library")
-    monkeypatch.setattr(llvm, "install", lambda: nothing)
-    with pytest.raises(CannotRender, match="the scene needs schlickglass: no usable LLVM"):
-        relume.render(room(objects=GLASS))
-    with pytest.raises(CannotRender, match="llvm_ad_rgb does not work here"):
-        relume.render(room(), variant="llvm_ad_rgb")
-
-
-def test_what_mitsuba_refuses_is_said_in_one_line(room):
-    translation = translator.translate(relume.read(room()))
-    translation.scene["sensor"]["fov"] = 200.0
-    with (
-        pytest.raises(CannotRender, match=r"Mitsuba does not take the scene: .*sensor") as error,
-        loading.open_session(translation),
-    ):
-        pass
-    assert "\n" not in str(error.value)
 
 
 BOX = [
@@ -327,12 +286,12 @@ def test_a_time_limit_gives_the_picture_so_far(room, passes_of_one_sample):
     """One pass at least; the progress tells how many samples the picture has."""
     told = []
     start = time.perf_counter()
-    image = relume.render(room(), spp=10**8, time_limit=0.3, progress=told.append)
+    image = relume.render(room(), spp=3000, time_limit=0.3, progress=told.append)
     assert time.perf_counter() - start < 20
     samples = told[-1].spp
-    assert 1 < samples < 10**8
+    assert 1 < samples < 3000
     assert np.array_equal(image, relume.render(room(), spp=samples))
-    image = relume.render(room(), spp=10**8, time_limit=0)
+    image = relume.render(room(), spp=3000, time_limit=0)
     assert np.array_equal(image, relume.render(room(), spp=1))
 
 
@@ -344,6 +303,6 @@ def test_a_time_limit_gives_the_picture_so_far(room, passes_of_one_sample):
         ({"progress": "bar"}, TypeError, "progress: expected True or a function, found str"),
     ],
 )
-def test_wrong_limits_and_progress_are_said_before_rendering(room, arguments, error, said):
+def test_wrong_limits_and_progress_are_said(room, arguments, error, said):
     with pytest.raises(error, match=said):
-        relume.render(room(), spp=10**9, **arguments)
+        relume.render(room(), spp=1, **arguments)

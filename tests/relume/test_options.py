@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from relume.translator.document import MAX_SAMPLES, MAX_SIDE
 
-from relume.command_options import RENDER_OPTIONS
 from relume.options import RenderOptions
 
 
@@ -59,7 +58,3 @@ def test_changes_leave_the_rest_and_the_original():
     for wrong in (64, {"spp": 3}):
         with pytest.raises(TypeError, match="options: expected RenderOptions"):
             RenderOptions.of(wrong)
-
-
-def test_the_command_line_has_an_option_for_each_field():
-    assert set(RENDER_OPTIONS) == {field.name for field in dataclasses.fields(RenderOptions)}
