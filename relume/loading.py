@@ -254,9 +254,7 @@ def for_mitsuba(translation: Translation, options: RenderOptions | None = None) 
     """
     options = options or RenderOptions()
     scene, sensor = dict(translation.scene), dict(translation.scene["sensor"])
-    sensor["sampler"] = sensor["sampler"] | {
-        "sample_count": min(translation.plan.spp, 2**32 - 1)
-    }
+    sensor["sampler"] = sensor["sampler"] | {"sample_count": min(translation.plan.spp, 2**32 - 1)}
     if options.seed:
         # Samplers take 32 bits.
         sensor["sampler"]["seed"] = int(np.random.SeedSequence(options.seed).generate_state(1)[0])

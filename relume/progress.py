@@ -89,8 +89,9 @@ def progress_bar(accumulator: Accumulator, console: Console | None = None) -> It
         bars.TimeRemainingColumn(),
     )
     console = console or Console(stderr=True)
+    quiet = not (console.is_terminal or console.is_jupyter)
     pixels, before = accumulator.width * accumulator.height, accumulator.spp
-    with bars.Progress(*columns, console=console, transient=True) as bar:
+    with bars.Progress(*columns, console=console, transient=True, disable=quiet) as bar:
         task = bar.add_task("render", total=None, completed=len(accumulator.done), rate="")
 
         def tell(progress: Progress) -> None:

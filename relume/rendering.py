@@ -99,14 +99,14 @@ def render_file(
     header = header_of(translation, options, plan)
     checkpoint = Checkpoint(destination.passes_path(), header, console)
     accumulator = checkpoint.begin(planned.width, planned.height, passes.resume)
-    to_do = chosen(plan, accumulator.done, passes.only)
+    to_do = passes_to_render(plan, accumulator.done, passes.only)
     asked = accumulator.spp + to_do.spp
     limit = time_limit_of(document, time_limit)
     keeps = checkpoint.offer, Dumps(document, destination, limit).offer
     with interruptible() as stop:
         ended = Ended(0.0, "")
         if len(to_do):
-            with rendered(translation, options, to_do, cluster, checkpoint) as found:
+            with rendered_passes(translation, options, to_do, cluster, checkpoint) as found:
                 steps = accumulate(found, accumulator, len(to_do), asked)
                 ended = run(steps, accumulator, keeps, limit, stop, console)
         if not accumulator.done:
@@ -150,7 +150,7 @@ def header_of(translation: Translation, options: RenderOptions, plan: PassPlan) 
     )
 
 
-def chosen(plan: PassPlan, done: PassSet, only: tuple[int, int] | None = None) -> PassSet:
+def passes_to_render(plan: PassPlan, done: PassSet, only: tuple[int, int] | None = None) -> PassSet:
     """The passes to render.
 
     Args:
@@ -174,7 +174,7 @@ def chosen(plan: PassPlan, done: PassSet, only: tuple[int, int] | None = None) -
 
 
 @contextmanager
-def rendered(
+def rendered_passes(
     translation: Translation,
     options: RenderOptions,
     to_do: PassSet,

@@ -161,6 +161,13 @@ class Session:
         spp: samples of a pixel.
         seed: non-negative integer; the same seed gives the same picture.
         integrator: `mi.Integrator` to use instead of the scene's.
+
+    Attributes:
+        width, height: of the picture [pixel].
+        by_sample: whether the radiance of each sample is known, so that noise can be told; else a
+            pass is one picture by `mi.render`.
+        plan: `PassPlan` of the render.
+        accumulator: the passes so far.
     """
 
     def __init__(
@@ -209,7 +216,7 @@ class Session:
             `Pass`.
         """
         if not self.by_sample:
-            return Pass(index, spp, self._whole(spp, index))
+            return Pass(index, spp, self._render_image(spp, index))
         pixels = self.width * self.height
         rows = max(1, SAMPLES_PER_LAUNCH // (spp * self.width)) * self.width
         found = np.empty((6, pixels), np.float32)
@@ -260,7 +267,7 @@ class Session:
             return 0.5 + 0.5 * mi.warp.square_to_tent(u)
         return u
 
-    def _whole(self, spp, index):
+    def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""
         image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
         return np.array(image).reshape(-1, 3).T * np.float32(spp)

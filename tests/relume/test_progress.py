@@ -35,14 +35,17 @@ def test_no_limit():
     assert not TimeLimit(None).reached(at(1, 1e9))
 
 
-@pytest.mark.parametrize("terminal", [True, False])
-def test_a_bar_shows_passes_and_rate_on_terminals_alone(terminal):
-    file = io.StringIO()
-    console = Console(file=file, force_terminal=terminal, width=120)
-    with progress_bar(Accumulator(1000, 1000), console) as tell:
-        tell(Progress(3, 8, 6, 16, 2.0))
-    for shown in ("3/8", "3.00 M samples/s", "left"):
-        assert (shown in file.getvalue()) == terminal
+def test_a_bar_shows_passes_and_rate_on_terminals_alone():
+    shown = {}
+    for terminal in (True, False):
+        file = io.StringIO()
+        console = Console(file=file, force_terminal=terminal, width=120)
+        with progress_bar(Accumulator(1000, 1000), console) as tell:
+            tell(Progress(3, 8, 6, 16, 2.0))
+        shown[terminal] = file.getvalue()
+    for part in ("3/8", "3.00 M samples/s", "left"):
+        assert part in shown[True]
+    assert shown[False] == ""
 
 
 def test_signal_handlers_are_restored():
