@@ -7,7 +7,7 @@ relume's plugins under every Mitsuba variant that gets set, before or after::
 
     document = relume.read("room.txt")
     picture = relume.render(document, spp=64)        # (height, width, 3) float32, linear RGB
-    scene = relume.translate(document)               # for mi.load_dict
+    scene = relume.load(document)                    # mi.Scene
     found = relume.compare("room.txt", with_="volpath")           # found.verdict(), found.report()
     measured = relume.chart("room.txt", seconds=30)               # measured.curves
 
@@ -25,12 +25,15 @@ llvm.install()
 from relume import plugins  # noqa: E402, F401
 
 _HOMES = {
+    "CannotRender": "relume.session",
+    "RenderOptions": "relume.options",
     "SceneError": "relume.translator.diagnostics",
     "chart": "relume.workbench.charting",
     "compare": "relume.workbench.comparing",
+    "load": "relume.application",
     "read": "relume.application",
     "render": "relume.application",
-    "translate": "relume.application",
+    "to_dict": "relume.application",
 }
 __all__ = sorted(_HOMES)
 

@@ -11,14 +11,15 @@ from relume.translator.scene import OWN_PLUGINS
 from relume.translator.scene_values import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 
 from relume import translator
-from relume.application import for_mitsuba, read, usable_variant
-from relume.session import two_threads, variant
+from relume.application import read
+from relume.loading import for_mitsuba, usable_variant
+from relume.session import exr_threads, variant_context
 
 
 def write_xml(path, out, dialect="manual", asset_path=()):
     """Convert a scene file to XML that `mi.load_file` loads after `import relume`.
 
-    Load it with `optimize=False`: see `application.loaded`.
+    Load it with `optimize=False`: see `relume.to_dict`.
 
     Meshes and pictures are written into the folder `<stem>_files` beside the XML, so both can be
     moved together.
@@ -26,8 +27,8 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     Args:
         path: the scene file.
         out: the XML file.
-        dialect: as `relume.translate`.
-        asset_path: as `relume.translate`.
+        dialect: as `RenderOptions`.
+        asset_path: as `RenderOptions`.
 
     Returns:
         Paths of the files written, the XML first.
@@ -41,7 +42,7 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     if out.is_dir():
         raise IsADirectoryError(errno.EISDIR, "is a folder, expected an XML file", str(out))
     out.parent.mkdir(parents=True, exist_ok=True)
-    with variant(usable_variant(translation.plan)):
+    with variant_context(usable_variant(translation.plan)):
         files = _Files(out)
         scene = files.externalise(translation.scene)
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
@@ -113,7 +114,7 @@ class _Files:
 
     def picture(self, picture, name):
         path, shown = self.path(f"{name}.exr")
-        with two_threads():
+        with exr_threads():
             mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
         return shown
 

@@ -11,8 +11,12 @@ import hashlib
 import importlib.metadata
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from relume.translator import Translation
+
+from relume.options import RenderOptions
 
 PER_PASS = "number of samples of a pixel in a pass"
 DIGEST = 16  # bytes: among 2^40 scenes, two collide with probability 2^-49
@@ -55,14 +59,12 @@ def versions():
     return {name: importlib.metadata.version(name) for name in ("relume", "mitsuba", "drjit")}
 
 
-def of_render(translation, variant, seed, integrator, per_pass):
+def of_render(translation: Translation, options: RenderOptions, per_pass: int) -> dict[str, Any]:
     """What the samples of a pass depend on, besides its index and their number.
 
     Args:
         translation: the translated scene.
-        variant: Mitsuba variant.
-        seed: seed of the render.
-        integrator: plugin id in place of the scene's integrator, or None.
+        options: their seed, integrator and variant count, and where these are None the planned.
         per_pass: samples of a pixel in a pass.
 
     Returns:
@@ -72,9 +74,9 @@ def of_render(translation, variant, seed, integrator, per_pass):
     return {
         "scene": content_hash(translation.scene),
         "size": f"{plan.width}x{plan.height}",
-        "variant": variant,
-        "integrator": integrator or plan.integrator,
-        "seed": seed,
+        "variant": options.variant or plan.variant,
+        "integrator": options.integrator or plan.integrator,
+        "seed": options.seed,
         PER_PASS: per_pass,
     } | versions()
 

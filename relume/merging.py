@@ -4,8 +4,8 @@ import dataclasses
 from pathlib import Path
 
 from relume import fingerprint, output, passes_file
+from relume.destination import PASSES
 from relume.passes import PassPlan, PassSet
-from relume.rendering import PASSES
 
 
 class CannotMerge(ValueError):

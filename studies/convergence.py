@@ -18,7 +18,7 @@ import numpy as np
 from study_convergence_page import TAIL, write_page
 
 from relume import translator
-from relume.application import prepared, ready, resized
+from relume.loading import open_session, resized, variant_and_threads
 from relume.workbench import charting, measures, methods, references, renders
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -139,7 +139,7 @@ def reference_method(planned):
 def measured(cell):
     """The figures of a cell, as JSON values."""
     made, translated = translation(cell, SIZE)
-    with ready(translated):
+    with variant_and_threads(translated):
         stage = methods.Stage(made, translated, asset_path=[ROOT / "scenes"])
         method = methods.planned(translated)
         by = reference_method(method)
@@ -173,7 +173,7 @@ def share_of_largest(squares):
 def shown(cell):
     """The picture of a cell."""
     _, translated = translation(cell, SHOWN_SIZE)
-    with prepared(translated) as session:
+    with open_session(translated) as session:
         return renders.render(session.scene, session.integrator, SHOWN_SPP, SEED).picture
 
 

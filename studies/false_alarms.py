@@ -24,7 +24,7 @@ from calibration_page import merge
 
 import relume  # first: it points Dr.Jit at a usable LLVM
 from relume import translator
-from relume.application import prepared, resized
+from relume.loading import open_session, resized
 from relume.session import Session
 from relume.workbench import statistics
 from relume.workbench.comparing import RUNS
@@ -129,7 +129,7 @@ def compare_with_self(scene, count):
     """The tally of the verdict of `relume compare` between a method and itself."""
     tally, rng, pool = Tally(FALSE_ALARMS), np.random.default_rng(1), []
     document = resized(relume.read(ROOT / "scenes" / f"{scene}.txt"), SIZE, SPP * RUNS)
-    with prepared(translator.translate(document)) as session:
+    with open_session(translator.translate(document)) as session:
         for seed in range(POOL):
             session = Session(session.scene, SPP, seed)
             for _ in session.run():

@@ -25,7 +25,7 @@ from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 from relume import translator
-from relume.application import resized
+from relume.loading import resized
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "gallery"
 SIZE = (160, 120)

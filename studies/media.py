@@ -20,7 +20,7 @@ from relume.translator import read_text, translate
 from relume.translator.diagnostics import SceneError
 from relume.translator.media import with_method
 
-from relume.application import prepared, resized
+from relume.loading import open_session, resized
 from relume.session import Session
 
 RUNS = 8
@@ -58,7 +58,7 @@ def coefficients(s, a, g):
 def mean(text, spp, integrator=None):
     """Mean and standard error over the runs, (3,) each; True if all is finite."""
     translation = translate(read_text(text, environ={}))
-    with prepared(translation) as session:
+    with open_session(translation) as session:
         other = mi.load_dict(integrator) if integrator else session.integrator
         pictures = []
         for seed in range(RUNS):
@@ -145,7 +145,7 @@ def limits():
 def patient(translation):
     """The picture of a scene by at most `RUNS` runs, and the samples of a pixel that it took."""
     total, runs, start = 0, 0, time.perf_counter()
-    with prepared(translation) as session:
+    with open_session(translation) as session:
         while not runs or (runs < RUNS and time.perf_counter() - start < PATIENCE):
             run = Session(session.scene, SAMPLES, runs, session.integrator)
             list(run.run())

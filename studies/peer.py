@@ -25,7 +25,7 @@ import study_peer_light
 from study_peer_table import table
 
 from relume import translator
-from relume.application import ready
+from relume.loading import variant_and_threads
 from relume.workbench import comparing, measures, methods, renders, statistics
 from relume.workbench.comparison import CONFIDENCE, FALSE_ALARMS, Comparison, Side
 
@@ -60,7 +60,7 @@ class Case:
         total = [0] * RUNS
         for part, (weight, edit, integrator) in enumerate(parts):
             document, translation = self.staged(edit)
-            with ready(translation):
+            with variant_and_threads(translation):
                 stage = methods.Stage(document, translation, "prender", self.asset_path)
                 scene, planned = stage.load(methods.planned(translation))
                 own = integrator(document, translation.scene["integrator"]) or planned
@@ -98,7 +98,7 @@ def on_and_off(case, estimate):
     """Energy ratios on the scattering ball and elsewhere, with 95 % intervals, as JSON values."""
     document, translation = case.staged()
     ball = next(b.shape for b in document.objects if b.reflection.subsurface)
-    with ready(translation):
+    with variant_and_threads(translation):
         scene, _ = methods.Stage(document, translation).load(methods.planned(translation))
         height, width = case.picture.shape[:2]
         index = dr.arange(mi.UInt32, width * height)

@@ -7,8 +7,19 @@ picture is that of a single process, bit for bit, whoever rendered which pass an
 wrong on the way.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from relume.translator import Translation
+
+from relume.options import RenderOptions
+
+if TYPE_CHECKING:
+    from relume.cluster.farm import Farm
 
 MPI = "mpi"
 """Address that stands for the processes that mpirun started."""
@@ -30,14 +41,20 @@ class Cluster:
 
 
 @contextmanager
-def opened(cluster, translation, render, override, note):
+def opened(
+    cluster: Cluster,
+    translation: Translation,
+    render: dict[str, Any],
+    options: RenderOptions,
+    note: Callable[[str], None],
+) -> Iterator[Farm]:
     """Context with a `farm.Farm` for a translated scene.
 
     Args:
         cluster: `Cluster`.
         translation: the translated scene.
         render: `fingerprint.of_render`.
-        override: plugin id in place of the scene's integrator, or None.
+        options: with which `render` was made.
         note: called with sentences for the user.
 
     Raises:
@@ -48,5 +65,5 @@ def opened(cluster, translation, render, override, note):
 
     with opening.client(cluster, translation.document.thread) as client:
         scene, contents = serialization.pack(translation.scene)
-        job = worker.Job.of(translation, scene, render, override)
+        job = worker.Job.of(translation, scene, render, options)
         yield Farm(client, job, contents, note)

@@ -6,16 +6,18 @@ import zlib
 from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
 from relume.translator import Translation
 
 from relume import fingerprint
-from relume.application import loaded, other_integrator
 from relume.cluster.serialization import unpack
+from relume.loading import load_integrator, load_scene
+from relume.options import RenderOptions
 from relume.passes import Pass
-from relume.session import CannotRender, Session, use_threads
+from relume.session import CannotRender, Session, set_thread_count
 
 SCENES = 4
 """Scenes that a worker keeps loaded; the least recently used one goes first."""
@@ -35,20 +37,25 @@ class Job:
         scene: packed scene, see `serialization`.
         plan: the scene's `relume.translator.plan.RenderPlan`.
         render: `fingerprint.of_render`.
-        override: plugin id in place of the scene's integrator, or None.
+        integrator: plugin id in place of the scene's integrator, or None.
     """
 
     key: str
     scene: dict
     plan: object
     render: dict
-    override: str | None
+    integrator: str | None
 
     @staticmethod
-    def of(translation, scene, render, override):
+    def of(
+        translation: Translation,
+        scene: dict[str, Any],
+        render: dict[str, Any],
+        options: RenderOptions,
+    ) -> "Job":
         """The job of a translated scene that was packed as `scene`."""
         key = fingerprint.content_hash([render, translation.plan.spp])
-        return Job(key, scene, translation.plan, render, override)
+        return Job(key, scene, translation.plan, render, options.integrator)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +109,7 @@ def checksum(found):
 
 
 def _load(job, contents, threads):
-    use_threads(threads)
+    set_thread_count(threads)
     if job.key in _sessions:
         return
     here = fingerprint.versions()
@@ -116,8 +123,9 @@ def _load(job, contents, threads):
         if fingerprint.content_hash(scene) != job.render["scene"]:
             raise CannotRender("the scene arrived damaged")
         translation = Translation(None, scene, job.plan)
-        integrator = job.override and other_integrator(job.override, translation)
-        made = Session(loaded(translation), job.plan.spp, job.render["seed"], integrator)
+        planned = scene["integrator"]
+        integrator = job.integrator and load_integrator(job.integrator, planned)
+        made = Session(load_scene(translation), job.plan.spp, job.render["seed"], integrator)
     while len(_sessions) >= SCENES:
         _sessions.popitem(last=False)
     _sessions[job.key] = job.render["variant"], made

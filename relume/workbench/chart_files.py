@@ -6,7 +6,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from relume.application import read
 from relume.output import check_writable, replacing
-from relume.rendering import interruptible
+from relume.progress import interruptible
 from relume.session import CannotRender
 from relume.workbench import chart_figure, chart_table
 from relume.workbench.charting import chart

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from relume import translator
-from relume.application import read, ready, resized
+from relume.application import read
+from relume.loading import resized, variant_and_threads
 from relume.session import CannotRender, reason
 from relume.workbench import curves, methods, references, renders
 from relume.workbench.comparing import notes
@@ -105,7 +106,7 @@ def chart(
     document = resized(document, size or reduced(document.image))
     translation = translator.translate(document, dialect, asset_path)
     wanted = chosen(translation, method)
-    with ready(translation):
+    with variant_and_threads(translation):
         stage = methods.Stage(document, translation, dialect, asset_path)
         share = seconds / (runs * max(len(wanted), 1))
         racers, skipped = warmed_up(stage, wanted, share)

@@ -15,10 +15,11 @@ from relume.translator.plan import samples
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from relume import passes_file, translator
-from relume.application import read, ready, resized
+from relume.application import read
+from relume.loading import resized, variant_and_threads
 from relume.output import OutputError, check_writable
-from relume.rendering import interruptible
-from relume.session import CannotRender, reason, two_threads, variant
+from relume.progress import interruptible
+from relume.session import CannotRender, exr_threads, reason, variant_context
 from relume.workbench import estimate_files, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
@@ -127,7 +128,7 @@ def compare(
     plan = translation.plan
     first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
-    with ready(translation):
+    with variant_and_threads(translation):
         stage = methods.Stage(document, translation, dialect, asset_path)
         loaded = [(method.name, *stage.load(method)) for method in wanted]
         sides = render_in_turn(loaded, each, runs, seed, watch)
@@ -202,7 +203,7 @@ def load_picture(path):
     if estimate_files.holds_estimate(path):
         stored, _ = estimate_files.read(path)
         return stored.pixels.mean, stored
-    with variant("scalar_rgb"), two_threads():
+    with variant_context("scalar_rgb"), exr_threads():
         try:
             bitmap = mi.Bitmap(str(path)).convert(
                 mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False

@@ -17,7 +17,7 @@ from relume.translator.plan import plugin_types
 from relume.translator.scene_values import to_mitsuba
 
 from relume import translator
-from relume.application import integrator_entry, loaded
+from relume.loading import integrator_entry, load_scene
 from relume.session import CannotRender, reason
 
 MEDIA = {"homogeneous", "heterogeneous"}
@@ -316,5 +316,5 @@ class Stage:
             raise CannotRender(f"integrator '{method.name}': {reason(error)}") from None
         key = (method.document, method.scene)
         if key not in self._loaded:
-            self._loaded[key] = loaded(translation)
+            self._loaded[key] = load_scene(translation)
         return self._loaded[key], integrator

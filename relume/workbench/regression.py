@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from relume import translator
-from relume.application import read, ready, resized
+from relume.application import read
 from relume.fingerprint import file_hash
+from relume.loading import resized, variant_and_threads
 from relume.workbench import estimate_files, methods, references, statistics
 from relume.workbench.comparing import render_in_turn
 from relume.workbench.comparison import Side
@@ -106,7 +107,7 @@ def staged(scene):
     document = read(scene, {})
     document = resized(document, small(document.image))
     translation = translator.translate(document)
-    with ready(translation):
+    with variant_and_threads(translation):
         yield methods.Stage(document, translation), methods.planned(translation)
 
 

@@ -23,10 +23,17 @@ from rich.table import Table
 from rich.text import Text
 
 from relume import translator
-from relume.application import usable_variant
+from relume.loading import variant_and_threads
 from relume.output import check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, Session, reason, two_threads, use_threads, variant
+from relume.session import (
+    CannotRender,
+    Session,
+    exr_threads,
+    reason,
+    thread_count,
+    variant_context,
+)
 from relume.workbench import stability_page as page
 from relume.workbench.comparison import versions
 from relume.workbench.methods import METHODS, Stage, find, planned
@@ -80,7 +87,7 @@ def measure(cell, seed=0):
     Returns:
         `stability_verdict.Measurement`.
     """
-    with variant(Case.variant):
+    with variant_context(Case.variant):
         case = cell.family.make(cell.value)
     render = _rendered_text if isinstance(case.scene, str) else _rendered_dictionary
     with warnings.catch_warnings(record=True) as caught:
@@ -95,7 +102,7 @@ def measure(cell, seed=0):
 def _rendered_text(case, cell, seed, caught):
     document = translator.read_text(case.scene, cell.name, {})
     with tempfile.TemporaryDirectory() as folder:
-        with two_threads():
+        with exr_threads():
             for name, pixels in case.files.items():
                 mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
         translation = translator.translate(document, asset_path=(folder,))
@@ -104,16 +111,14 @@ def _rendered_text(case, cell, seed, caught):
             for report in translation.document.lines.all
             if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
         ]
-        with variant(usable_variant(translation.plan)):
-            use_threads(translation.document.thread)
+        with variant_and_threads(translation):
             method = find(cell.method) if renders(cell.method) else planned(translation)
             stage = Stage(document, translation, asset_path=(folder,))
             return _measured(*stage.load(method), case, seed, (notes, caught))
 
 
 def _rendered_dictionary(case, cell, seed, caught):
-    with variant(case.variant):
-        use_threads(None)
+    with variant_context(case.variant), thread_count(None):
         entries = dict(case.scene)
         if renders(cell.method):
             entries["integrator"] = entries["integrator"] | {"type": cell.method}

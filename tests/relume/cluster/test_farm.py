@@ -10,8 +10,9 @@ import pytest
 import relume
 from relume import fingerprint, translator
 from relume.accumulator import Accumulator
-from relume.application import prepared
 from relume.cluster import serialization
+from relume.loading import open_session
+from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan
 from relume.session import CannotRender
 
@@ -58,14 +59,14 @@ class Rendering:
     def __init__(self, client, path, spp=PLAN.spp):
         translation = translator.translate(relume.read(path))
         plan = translation.plan
-        render = fingerprint.of_render(translation, plan.variant, 0, None, PLAN.per_pass)
+        render = fingerprint.of_render(translation, RenderOptions(), PLAN.per_pass)
         scene, contents = serialization.pack(translation.scene)
-        job = remote.Job.of(translation, scene, render, None)
+        job = remote.Job.of(translation, scene, render, RenderOptions())
         self.notes = []
         self.farm = farms.Farm(client, job, contents, self.notes.append)
         self.accumulator = Accumulator(plan.width, plan.height)
         self.to_do = PassPlan(spp, PLAN.per_pass).passes()
-        with prepared(translation) as session:
+        with open_session(translation) as session:
             for found in session.render(self.to_do):
                 self.accumulator.add(found)
         self.expected = self.accumulator.image()
@@ -167,7 +168,7 @@ def replace_loading():
     def loaded(_):
         raise AssertionError("loaded twice")
 
-    remote.loaded = loaded
+    remote.load_scene = loaded
 
 
 def test_workers_need_no_files(client, workers, tmp_path):
@@ -192,10 +193,10 @@ def test_workers_need_no_files(client, workers, tmp_path):
 
 
 def restore_loading():
-    from relume import application
+    from relume import loading
     from relume.cluster import worker as remote
 
-    remote.loaded = application.loaded
+    remote.load_scene = loading.load_scene
 
 
 # ---- all is not well

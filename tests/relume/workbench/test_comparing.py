@@ -14,8 +14,8 @@ from click.testing import CliRunner
 
 import relume
 from relume import output
-from relume.application import CannotRender
 from relume.cli import main
+from relume.session import CannotRender
 from relume.workbench import comparing, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import Comparison, Side

@@ -9,7 +9,7 @@ import pytest
 
 import relume
 from relume import translator
-from relume.application import ready, resized
+from relume.loading import resized, variant_and_threads
 from relume.session import CannotRender
 from relume.workbench import comparing, estimate_files, methods, references, statistics
 
@@ -19,7 +19,7 @@ def stage(room):
     before = mi.variant()
     document = resized(relume.read(room()), (12, 10))
     translation = translator.translate(document)
-    with ready(translation):
+    with variant_and_threads(translation):
         yield methods.Stage(document, translation)
     if before:
         mi.set_variant(before)
