@@ -34,8 +34,6 @@ MAX_SAMPLES = 2**40
 """Most samples of a pixel."""
 
 
-
-
 @document_fields
 @dataclass(repr=False)
 class Document(Displayed):
