@@ -1,7 +1,7 @@
 """Render a tiny scene in a subprocess, to learn what would end this process.
 
-The verdict on an LLVM library is kept in the user's cache directory (``XDG_CACHE_HOME``, else
-``~/.cache``), under the file's name, time and size and the version of Dr.Jit.
+The verdict on an LLVM library is kept in the user's cache folder, under the file's name, time and
+size and the version of Dr.Jit.
 """
 
 import importlib.metadata
@@ -129,12 +129,9 @@ def verdict(library, *, afresh=False):
     return answer
 
 
-def cache_file():
-    """Return the path of the file that keeps the verdicts."""
-    directory = os.environ.get("XDG_CACHE_HOME", "")
-    if not os.path.isabs(directory):
-        directory = os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(directory, "relume", "llvm.json")
+def cache_file() -> Path:
+    """The file that keeps the verdicts."""
+    return cache.folder() / "llvm.json"
 
 
 def _key(library):

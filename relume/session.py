@@ -6,7 +6,6 @@ whoever computes it: the radiance of all samples of a pixel is computed in one k
 a fixed order, never scattered into the film. Passes are added up exactly (see `accumulator`).
 """
 
-import os
 import time
 import warnings
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ import numpy as np
 from relume.translator.media import BOUNDARY
 
 from relume.accumulator import Accumulator
+from relume.cores import available_cores
 from relume.passes import Pass, PassPlan
 
 SAMPLES_PER_LAUNCH = 2**22
@@ -68,11 +68,6 @@ def _set_variant(name):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
         mi.set_variant(name)
-
-
-def available_cores():
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 
 def use_threads(count):

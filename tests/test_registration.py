@@ -52,3 +52,37 @@ def test_plugins_are_registered(code):
 def test_importing_relume_sets_no_variant_and_prints_nothing():
     done = run("import relume, mitsuba as mi\nassert mi.variant() is None")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_thread_finds_the_plugins_complete():
+    """It sets the variant that another thread has just set, whose plugins are being defined."""
+    done = run(
+        "import threading, time\nimport relume, mitsuba as mi\n"
+        "from relume.registration import on_every_variant\n" + textwrap.dedent(ONE_OF_EACH) + """
+began = threading.Event()
+on_every_variant(lambda: (began.set(), time.sleep(0.5)))
+other = threading.Thread(target=mi.set_variant, args=("llvm_ad_rgb",))
+other.start()
+assert began.wait(60)
+mi.set_variant("llvm_ad_rgb")
+one_of_each()
+other.join()
+"""
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_plugin_of_the_user_is_defined_under_the_variant_that_is_set():
+    done = run(
+        """
+        import relume, mitsuba as mi
+        from relume.registration import on_every_variant
+        mi.set_variant("llvm_ad_rgb")
+        seen = []
+        on_every_variant(lambda: seen.append(mi.variant()))
+        for name in ("scalar_rgb", "llvm_ad_rgb", "scalar_rgb"):
+            mi.set_variant(name)
+        assert seen == ["llvm_ad_rgb", "scalar_rgb"], seen
+        """
+    )
+    assert done.returncode == 0, done.stderr

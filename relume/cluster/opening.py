@@ -4,7 +4,8 @@ import logging
 from contextlib import contextmanager
 
 from relume.cluster import MPI
-from relume.session import CannotRender, available_cores
+from relume.cores import available_cores
+from relume.session import CannotRender
 
 try:
     from distributed import Client, LocalCluster, Security
