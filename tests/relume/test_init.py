@@ -39,7 +39,8 @@ def test_every_public_name_is_there(name):
 
 def test_type_checkers_see_the_same_names():
     """The imports for type checkers name the home that `__getattr__` looks in."""
-    text = Path(relume.__file__).read_text().partition("TYPE_CHECKING:")[2].partition("__version__")[0]
+    text = Path(relume.__file__).read_text()
+    text = text.partition("TYPE_CHECKING:")[2].partition("__version__")[0]
     told = {
         name: home
         for home, names in re.findall(r"from (\S+) import (.+)", text)
