@@ -10,6 +10,10 @@ Source: Demmel and Nguyen, Parallel reproducible summation, IEEE Transactions on
 of which this is the variant that keeps all bins.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 import numpy as np
 
 STEP = 40
@@ -39,13 +43,13 @@ class ExactSum:
         special: float32 sum of the values that are not finite, or None.
     """
 
-    def __init__(self, shape):
+    def __init__(self, shape: Sequence[int]) -> None:
         self.shape = tuple(shape)
-        self.levels = {}
-        self.special = None
+        self.levels: dict[int, np.ndarray] = {}
+        self.special: np.ndarray | None = None
         self._sums = 0
 
-    def add(self, values):
+    def add(self, values: np.ndarray) -> None:
         """Add an array.
 
         Args:
@@ -61,7 +65,7 @@ class ExactSum:
             tile = slice(first, first + TILE)
             self._add_tile(values[tile].astype(np.float64), tile)
 
-    def merge(self, other):
+    def merge(self, other: ExactSum) -> None:
         """Add another sum of the same shape."""
         other.carry()
         self._make_room()
@@ -70,7 +74,7 @@ class ExactSum:
         if other.special is not None:
             self._add_special(other.special)
 
-    def carry(self):
+    def carry(self) -> None:
         """Bring the sum into the one form that it has whatever the order was.
 
         Every level but the last holds from -2^39 up to, but not, 2^39 units, and some other value
@@ -84,7 +88,7 @@ class ExactSum:
         self.levels = {e: self.levels[e] for e in used}
         self._sums = 0
 
-    def value(self):
+    def value(self) -> np.ndarray:
         """The sum, float64, wrong by less than 2^-51 of itself; NaN and infinities where due."""
         self.carry()
         total = np.zeros(self.shape)
@@ -92,7 +96,7 @@ class ExactSum:
             total += plane
         return total if self.special is None else total + self.special
 
-    def _add_tile(self, values, tile):
+    def _add_tile(self, values: np.ndarray, tile: slice) -> None:
         largest = np.abs(values).max()
         for exponent in reversed(LEVELS):
             if largest < 2.0 ** (exponent - 1):
@@ -106,7 +110,7 @@ class ExactSum:
             if not values.any():
                 return
 
-    def _carry_tile(self, exponent, tile):
+    def _carry_tile(self, exponent: int, tile: slice) -> None:
         plane = self._plane(exponent)[tile]
         carried = np.floor(np.ldexp(plane, -exponent - STEP) + 0.5)
         if carried.any():
@@ -114,16 +118,16 @@ class ExactSum:
             plane -= carried
             self._plane(exponent + STEP)[tile] += carried
 
-    def _add_special(self, values):
+    def _add_special(self, values: np.ndarray) -> None:
         with np.errstate(invalid="ignore"):
             self.special = values if self.special is None else self.special + values
 
-    def _plane(self, exponent):
+    def _plane(self, exponent: int) -> np.ndarray:
         if exponent not in self.levels:
             self.levels[exponent] = np.zeros(self.shape)
         return self.levels[exponent].reshape(-1)
 
-    def _make_room(self):
+    def _make_room(self) -> None:
         self._sums += 1
         if self._sums >= CARRY:
             self.carry()

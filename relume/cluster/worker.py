@@ -1,15 +1,20 @@
 """What runs on a worker: a scene is loaded once and stays, with its kernels, for all its passes."""
 
+from __future__ import annotations
+
 import tempfile
 import time
 import zlib
 from collections import OrderedDict
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.translator import Translation
+from relume.translator import Document, Translation
+from relume.translator.plan import RenderPlan
 
 from relume import fingerprint
 from relume.application import loaded, other_integrator
@@ -23,7 +28,7 @@ SCENES = 4
 _thread = ThreadPoolExecutor(1, thread_name_prefix="relume")
 """Mitsuba's variant belongs to a thread: everything renders on this one."""
 
-_sessions = OrderedDict()
+_sessions: OrderedDict[str, tuple[str, Session]] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -32,20 +37,25 @@ class Job:
 
     Attributes:
         key: hash of all that follows.
-        scene: packed scene, see `serialization`.
-        plan: the scene's `relume.translator.plan.RenderPlan`.
-        render: `fingerprint.of_render`.
+        scene: packed, see `serialization`.
+        plan: the scene's.
+        render: its `fingerprint.of_render`.
         override: plugin id in place of the scene's integrator, or None.
     """
 
     key: str
-    scene: dict
-    plan: object
-    render: dict
+    scene: dict[str, Any]
+    plan: RenderPlan
+    render: dict[str, Any]
     override: str | None
 
     @staticmethod
-    def of(translation, scene, render, override):
+    def of(
+        translation: Translation,
+        scene: dict[str, Any],
+        render: dict[str, Any],
+        override: str | None,
+    ) -> Job:
         """The job of a translated scene that was packed as `scene`."""
         key = fingerprint.content_hash([render, translation.plan.spp])
         return Job(key, scene, translation.plan, render, override)
@@ -56,7 +66,7 @@ class Found:
     """A pass with what is needed to trust it.
 
     Attributes:
-        found: `relume.passes.Pass`.
+        found: the pass.
         seconds: that it took.
         checksum: of its sums, made where they were.
     """
@@ -70,11 +80,11 @@ class NotLoaded(RuntimeError):
     """A worker was asked for a pass of a scene that it does not have, or no longer."""
 
 
-def load(job, contents, threads):
+def load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
     """Load a scene, unless it is there.
 
     Args:
-        job: `Job`.
+        job: what to load.
         contents: arrays and bytes of the scene by hash.
         threads: for Dr.Jit.
 
@@ -84,8 +94,8 @@ def load(job, contents, threads):
     _thread.submit(_load, job, contents, threads).result()
 
 
-def render(key, index, spp):
-    """Render a pass of the job `key`; returns `Found`.
+def render(key: str, index: int, spp: int) -> Found:
+    """Render a pass of the job `key`.
 
     Raises:
         NotLoaded: the scene is not here.
@@ -93,7 +103,7 @@ def render(key, index, spp):
     return _thread.submit(_render, key, index, spp).result()
 
 
-def checksum(found):
+def checksum(found: Pass) -> int:
     """A checksum of the sums of a `Pass`."""
     total = zlib.crc32(np.ascontiguousarray(found.sum).data.cast("B"))
     if found.squares is None:
@@ -101,7 +111,7 @@ def checksum(found):
     return zlib.crc32(np.ascontiguousarray(found.squares).data.cast("B"), total)
 
 
-def _load(job, contents, threads):
+def _load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
     use_threads(threads)
     if job.key in _sessions:
         return
@@ -115,7 +125,7 @@ def _load(job, contents, threads):
         scene = unpack(job.scene, contents, folder)
         if fingerprint.content_hash(scene) != job.render["scene"]:
             raise CannotRender("the scene arrived damaged")
-        translation = Translation(None, scene, job.plan)
+        translation = Translation(Document(), scene, job.plan)
         integrator = job.override and other_integrator(job.override, translation)
         made = Session(loaded(translation), job.plan.spp, job.render["seed"], integrator)
     while len(_sessions) >= SCENES:
@@ -123,7 +133,7 @@ def _load(job, contents, threads):
     _sessions[job.key] = job.render["variant"], made
 
 
-def _render(key, index, spp):
+def _render(key: str, index: int, spp: int) -> Found:
     if key not in _sessions:
         raise NotLoaded(key)
     _sessions.move_to_end(key)
