@@ -158,7 +158,7 @@ def test_the_picture_is_that_of_one_process(client, workers, room):
     again = Rendering(client, room(spp=44))
     again.check()
     assert again.farm.job.key == job.key and again.notes == []
-    assert all(loaded.count(job.key) == 1 for loaded in client.run(loads).values())
+    assert max(loaded.count(job.key) for loaded in client.run(loads).values()) == 1
 
 
 def replace_loading():
@@ -306,6 +306,8 @@ def test_a_worker_that_dies_and_one_that_comes(cluster, client, workers, room):
     seen = {}
     for _ in steps:
         seen |= rendering.farm.workers
+        if len(seen) < 2:
+            time.sleep(0.5)  # until the new one has come
     rendering.same()
     assert workers[0] not in rendering.farm.workers and len(seen) >= 2
 
