@@ -1,13 +1,13 @@
-"""What passes add up to: the picture so far, and how much it may still be wrong by.
+"""The sum of passes: the picture so far, and the variance of its pixels.
 
 The same set of passes gives the same accumulator, bit for bit, in whatever order they were added
 and merged; see `relume.exact`.
 
-For each pixel and channel there are the weight W (samples of a pixel), the sum S of the samples and
+For each pixel and channel there are the weight W (samples per pixel), the sum S of the samples and
 the sum Q of the squares of independent observations, each times its weight. Samples are
-observations of weight 1. A pass of which only the whole is independent is one of weight spp, its
-mean. With n observations the picture is S / W, and the variance of that mean is estimated without
-bias by (Q - S^2 / W) / ((n - 1) W).
+observations of weight 1. A pass that is independent only as a whole is one observation of weight
+spp, its mean. With n observations the picture is S / W, and the variance of that mean is estimated
+without bias by (Q - S^2 / W) / ((n - 1) W).
 """
 
 from __future__ import annotations

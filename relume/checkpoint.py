@@ -1,4 +1,4 @@
-"""The passes of a render on disk while it runs, so that it can go on where it was stopped."""
+"""The passes of a running render on disk, so that it can be resumed where it was stopped."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ EXPECTED = 0.5e-6
 
 
 class Checkpoint:
-    """Saves an accumulator from time to time and finds it again.
+    """Saves an accumulator from time to time, and restores it.
 
     Args:
         path: file of the passes.
@@ -33,7 +33,7 @@ class Checkpoint:
         console: for notes.
 
     Attributes:
-        seconds: time that earlier renders spent on passes that were found.
+        seconds: time that earlier renders spent on the passes that were restored.
     """
 
     def __init__(self, path: Path, header: Header, console: Console) -> None:
@@ -70,7 +70,7 @@ class Checkpoint:
         return Accumulator(width, height)
 
     def offer(self, accumulator: Accumulator, seconds: float) -> None:
-        """Save if it is time; a failure is told once and does not end the render.
+        """Save if it is time; a failure is reported once and does not end the render.
 
         Args:
             accumulator: the passes so far.
@@ -117,7 +117,7 @@ class Checkpoint:
             self.note(f"{self.path} is of another render and will be replaced")
             return
         raise CannotRender(
-            f"{self.path} holds {there.done.spp} samples a pixel of this render: go on with "
+            f"{self.path} holds {there.done.spp} samples per pixel of this render: go on with "
             "--resume, or remove it to begin again"
         )
 

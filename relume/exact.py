@@ -1,8 +1,8 @@
-"""Sums of pictures that do not depend on the order: exact, and rounded once, at the end.
+"""Sums of pictures that do not depend on the order of summation: exact, rounded once at the end.
 
 Floating-point addition is not associative, so a picture summed in another order, or in parts on
 several machines, would differ in its last bits. Here every float32 is split into integer multiples
-of fixed powers of two, 2^-180, 2^-140 ... 2^100, which are summed apart. Such a sum is exact in
+of fixed powers of two, 2^-180, 2^-140 ... 2^100, each summed separately. Such a sum is exact in
 double precision up to 2^53 units, each value brings at most 2^39 of them, and carries keep it
 there, so no bit is ever lost between the smallest float32 and 2^25 times the largest.
 
@@ -32,8 +32,8 @@ TILE = 2**15
 class ExactSum:
     """The sum of float32 arrays of one shape.
 
-    Values that are infinite or NaN are summed apart by the rules of IEEE 754, which do not depend
-    on the order either.
+    Values that are infinite or NaN are summed separately by the rules of IEEE 754, which do not
+    depend on the order either.
 
     Args:
         shape: of the arrays.
@@ -75,7 +75,7 @@ class ExactSum:
             self._add_special(other.special)
 
     def carry(self) -> None:
-        """Bring the sum into the one form that it has whatever the order was.
+        """Bring the sum into its canonical form, the same whatever the order of summation was.
 
         Every level but the last holds from -2^39 up to, but not, 2^39 units, and some other value
         than 0.

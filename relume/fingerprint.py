@@ -75,7 +75,7 @@ def of_render(
         variant: Mitsuba variant.
         seed: seed of the render.
         integrator: plugin id in place of the scene's integrator, or None.
-        per_pass: samples of a pixel in a pass.
+        per_pass: samples per pixel in a pass.
 
     Returns:
         Dictionary of JSON values.

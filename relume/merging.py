@@ -45,7 +45,7 @@ def merge(
     for part in parts[1:]:
         accumulator.merge(passes_file.read(part))
     console.print(
-        f"passes {accumulator.done.ranges()}: {accumulator.spp} of {header.spp} samples a pixel",
+        f"passes {accumulator.done.ranges()}: {accumulator.spp} of {header.spp} samples per pixel",
         highlight=False,
     )
     if len(missing):

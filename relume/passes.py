@@ -1,6 +1,6 @@
 """Passes: what they are, which a render needs and which are done.
 
-A pass is known by its index and its number of samples of a pixel; with the content of the scene,
+A pass is known by its index and its number of samples per pixel; with the content of the scene,
 the integrator and the seed it says which samples those are. The first passes of a render have as
 many samples each as `PassPlan` gives a pass, the last one has the rest.
 """
@@ -14,22 +14,22 @@ from dataclasses import dataclass
 import numpy as np
 
 Run = tuple[int, int, int]
-"""Passes start ... stop - 1 of `spp` samples a pixel, as (start, stop, spp)."""
+"""Passes start ... stop - 1 of `spp` samples per pixel, as (start, stop, spp)."""
 
 SAMPLES_PER_PASS = 2**20
-"""Samples of one pass, rounded down to whole samples of a pixel."""
+"""Samples of one pass, rounded down to whole samples per pixel."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """What one pass found.
+    """The result of one pass.
 
     Attributes:
         index: which pass.
-        spp: samples of a pixel.
+        spp: samples per pixel.
         sum: sums of linear RGB over the samples: float32, (3, pixels), rows from the top.
         squares: sums of the squares of the samples, or None where the pass is one observation, such
-            as the chains of a Metropolis render, of which only the whole is independent of others.
+            as that of a Metropolis render, whose samples depend on each other.
     """
 
     index: int
@@ -40,7 +40,7 @@ class Pass:
 
 @dataclass(frozen=True)
 class PassPlan:
-    """How many samples of a pixel are taken, and by how many at a time."""
+    """How many samples per pixel are taken, and by how many at a time."""
 
     spp: int
     per_pass: int
@@ -52,7 +52,7 @@ class PassPlan:
         Args:
             width: of the picture [pixel].
             height: of the picture [pixel].
-            spp: samples of a pixel.
+            spp: samples per pixel.
             per_pass: those of a pass; None for as many as make `SAMPLES_PER_PASS`.
         """
         return PassPlan(int(spp), per_pass or max(1, SAMPLES_PER_PASS // (width * height)))
@@ -132,7 +132,7 @@ class PassSet:
         return sum(stop - start for start, stop, _ in self.runs)
 
     def __iter__(self) -> Iterator[tuple[int, int]]:
-        """Pairs of index and samples of a pixel, the lowest index first."""
+        """Pairs of index and samples per pixel, the lowest index first."""
         return ((index, spp) for start, stop, spp in self.runs for index in range(start, stop))
 
     def __contains__(self, index: int) -> bool:

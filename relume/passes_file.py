@@ -37,7 +37,7 @@ class Header:
 
     Attributes:
         render: which render they are of, as `fingerprint.of_render`.
-        spp: samples of a pixel that the render is to have in the end.
+        spp: samples per pixel that the render is to have in the end.
         seconds: time that they took.
         gamma: the scene's `gamma_offset`, for pictures encoded for display.
         size: width and height [pixel].
@@ -79,7 +79,7 @@ def write(path: str | Path, accumulator: Accumulator, header: Header) -> None:
     image = accumulator.image()
     channels = {name: np.ascontiguousarray(image[..., i]) for i, name in enumerate(RGB)}
     sums = _words("S", accumulator.sum) | _words("Q", accumulator.squares)
-    told = asdict(header) | {
+    facts = asdict(header) | {
         "size": (accumulator.width, accumulator.height),
         "passes": str(accumulator.done),
         "observations": accumulator.observations,
@@ -91,7 +91,7 @@ def write(path: str | Path, accumulator: Accumulator, header: Header) -> None:
         "compression": OpenEXR.NO_COMPRESSION,
         "type": OpenEXR.scanlineimage,
     }
-    attributes[ATTRIBUTE] = json.dumps(told)
+    attributes[ATTRIBUTE] = json.dumps(facts)
     with replacing(Path(path)) as temporary:
         OpenEXR.File(attributes, channels).write(str(temporary))
 

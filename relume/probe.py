@@ -151,7 +151,7 @@ def cache_file() -> Path:
 
 
 def _key(library: str) -> str | None:
-    """Name a library file in the cache; None where it could not be told from its successor."""
+    """The name of a library file in the cache; None where it could not be told from a later one."""
     try:
         file = os.stat(library)
     except OSError:

@@ -58,7 +58,9 @@ def test_a_thread_finds_the_plugins_complete():
     """It sets the variant that another thread has just set, whose plugins are being defined."""
     done = run(
         "import threading, time\nimport relume, mitsuba as mi\n"
-        "from relume.registration import on_every_variant\n" + textwrap.dedent(ONE_OF_EACH) + """
+        "from relume.registration import on_every_variant\n"
+        + textwrap.dedent(ONE_OF_EACH)
+        + """
 began = threading.Event()
 on_every_variant(lambda: (began.set(), time.sleep(0.5)))
 other = threading.Thread(target=mi.set_variant, args=("llvm_ad_rgb",))

@@ -41,7 +41,7 @@ PATIENCE = (60.0, 20.0)
 pass so far."""
 
 LOOK = 1.0
-"""Interval at which workers that came or left are looked for [s]."""
+"""Interval at which workers that joined or left are noticed [s]."""
 
 TICK = 0.2
 """Longest time without a sign of life to the caller [s]."""
@@ -140,7 +140,7 @@ class Farm:
     # ---- workers
 
     def _look_around(self) -> None:
-        """Meet new workers and miss those that left or hang."""
+        """Admit new workers, and drop those that left or hang."""
         threads = {a: n for a, n in self.client.nthreads().items() if a not in self.banned}
         for address in self.workers.keys() - threads.keys():
             self._dismiss(self.workers[address])
@@ -152,8 +152,8 @@ class Farm:
             if one.tasks and silent > self._patience(one):
                 self._ban(one, f"no answer for {silent:.0f} s")
         if self.banned and not self.workers:
-            told = "; ".join(f"{address}: {why}" for address, why in self.banned.items())
-            raise CannotRender(f"no worker is left ({told})")
+            reasons = "; ".join(f"{address}: {why}" for address, why in self.banned.items())
+            raise CannotRender(f"no worker is left ({reasons})")
 
     def _patience(self, one: Worker) -> float:
         if not one.ready or self.longest is None:
@@ -232,7 +232,7 @@ class Farm:
         if not why:
             one.failures = 0
             self.longest = max(self.longest or 0.0, result.seconds)
-            return result.found
+            return result.pass_
         self._give_back(task)
         if why is not AGAIN:
             self._blame(task, why, error)
@@ -243,9 +243,9 @@ class Farm:
 
     def _fault(self, task: Task, result: Any) -> str:
         """What is wrong with a result; an empty string if nothing is."""
-        if not isinstance(result, remote.Found) or not isinstance(result.found, remote.Pass):
+        if not isinstance(result, remote.Rendered) or not isinstance(result.pass_, remote.Pass):
             return "it returned no pass"
-        found = result.found
+        found = result.pass_
         pixels = self.job.plan.width * self.job.plan.height
         arrays = [a for a in (found.sum, found.squares) if a is not None]
         if (found.index, found.spp) != (task.index, task.spp):
@@ -280,7 +280,7 @@ class Farm:
 
 
 AGAIN = "not finite"
-"""A pass with values that are not finite counts once it has come out the same twice."""
+"""A pass with values that are not finite is accepted once it has come out the same twice."""
 
 
 def possible(found: Pass) -> bool:

@@ -1,4 +1,4 @@
-"""Scenes on their way to a worker: a small dictionary, and arrays and files by their hash."""
+"""Scenes sent to a worker: a small dictionary, and arrays and files by their hash."""
 
 from __future__ import annotations
 

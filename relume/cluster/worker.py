@@ -62,16 +62,16 @@ class Job:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Rendered:
     """A pass with what is needed to trust it.
 
     Attributes:
-        found: the pass.
+        pass_: the pass.
         seconds: that it took.
         checksum: of its sums, made where they were.
     """
 
-    found: Pass
+    pass_: Pass
     seconds: float
     checksum: int
 
@@ -94,7 +94,7 @@ def load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
     _thread.submit(_load, job, contents, threads).result()
 
 
-def render(key: str, index: int, spp: int) -> Found:
+def render(key: str, index: int, spp: int) -> Rendered:
     """Render a pass of the job `key`.
 
     Raises:
@@ -133,7 +133,7 @@ def _load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
     _sessions[job.key] = job.render["variant"], made
 
 
-def _render(key: str, index: int, spp: int) -> Found:
+def _render(key: str, index: int, spp: int) -> Rendered:
     if key not in _sessions:
         raise NotLoaded(key)
     _sessions.move_to_end(key)
@@ -142,4 +142,4 @@ def _render(key: str, index: int, spp: int) -> Found:
         mi.set_variant(variant)
     start = time.perf_counter()
     found = session.render_pass(index, spp)
-    return Found(found, time.perf_counter() - start, checksum(found))
+    return Rendered(found, time.perf_counter() - start, checksum(found))

@@ -226,7 +226,7 @@ def test_pictures_larger_than_a_launch_take_several(room, monkeypatch):
 
 
 def test_memory_is_bounded_for_many_samples(room):
-    """The first passes of 20 000 samples a pixel at 1280x960 stay below 2 GB, and later ones add
+    """The first passes of 20 000 samples per pixel at 1280x960 stay below 2 GB, and later ones add
     nothing: all passes are alike. The sums of one pass are 29 MB, of which ten must not stay."""
     path = room(width=1280, height=960, spp=20000)
     code = f"""

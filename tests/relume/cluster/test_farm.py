@@ -113,7 +113,7 @@ def replace_rendering(kind, times=10**9):
         if kind in ("late", "slow"):
             time.sleep(3 if kind == "late" else 0.3)
         result = remote.original(key, index, spp)
-        found = result.found
+        found = result.pass_
         if kind == "nothing":
             return None
         if kind == "other pass":
@@ -127,8 +127,8 @@ def replace_rendering(kind, times=10**9):
         if kind == "impossible":
             found = remote.Pass(index, spp, found.sum * 3, found.squares)
         if kind == "damaged":
-            return remote.Found(found, result.seconds, result.checksum ^ 1)
-        return remote.Found(found, result.seconds, remote.checksum(found))
+            return remote.Rendered(found, result.seconds, result.checksum ^ 1)
+        return remote.Rendered(found, result.seconds, remote.checksum(found))
 
     remote._render = render
 
