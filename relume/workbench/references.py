@@ -111,6 +111,6 @@ def content_key(translation):
 
 def plugin_sources():
     """Hashes of the source files of relume's plugins, by name."""
-    folders = [Path(package.__file__).parent for package in plugins.load()]
+    folders = [Path(package.__file__).parent for package in plugins.PACKAGES]
     files = sorted(file for folder in folders for file in folder.rglob("*.py"))
     return {f"{file.parent.name}/{file.name}": file_hash(file) for file in files}
