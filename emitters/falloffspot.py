@@ -46,8 +46,6 @@ import mitsuba as mi
 import numpy as np
 from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from relume.registration import on_every_variant
-
 NO_ATTENUATION_BELOW = 1e-3
 
 
@@ -182,7 +180,4 @@ def define():
                 f"intensity = {self.intensity}]"
             )
 
-    mi.register_emitter("falloffspot", FalloffSpot)
-
-
-on_every_variant(define)
+    return FalloffSpot

@@ -54,8 +54,6 @@ import numpy as np
 from relume.emitters.common import sample_side, spawn_ray, sphere_of
 from relume.emitters.domemaps import cell_solid_angles, find_map, texel
 
-from relume.registration import on_every_variant
-
 
 def read_image(props):
     """RGB image, shape (h, w, 3), float32, from the parameters `filename` or `bitmap`."""
@@ -259,7 +257,4 @@ def define():
         def to_string(self):
             return f"IblDome[{self.width} x {self.height}, map = {self.map_name}]"
 
-    mi.register_emitter("ibldome", IblDome)
-
-
-on_every_variant(define)
+    return IblDome

@@ -40,8 +40,6 @@ import mitsuba as mi
 import numpy as np
 from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from relume.registration import on_every_variant
-
 
 def define():
     class ParallelBeam(mi.Emitter):
@@ -164,7 +162,4 @@ def define():
                 f"irradiance = {self.irradiance}]"
             )
 
-    mi.register_emitter("parallelbeam", ParallelBeam)
-
-
-on_every_variant(define)
+    return ParallelBeam

@@ -63,8 +63,6 @@ from relume.integrators.inside import flight, no_medium, out, phase, phase_mixtu
 from relume.integrators.media import Media, medium_of
 from relume.integrators.probing import find_entry
 
-from relume.registration import on_every_variant
-
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
 inside from the boundary; runs on from a point inside where it has scattered."""
@@ -292,7 +290,4 @@ def define():
                 f"rr_depth={self.rr_depth}]"
             )
 
-    mi.register_integrator("dipole", Dipole)
-
-
-on_every_variant(define)
+    return Dipole

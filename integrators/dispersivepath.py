@@ -29,8 +29,6 @@ import mitsuba as mi
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.common import path_depths, power_heuristic
 
-from relume.registration import on_every_variant
-
 
 def define():
     class DispersivePath(mi.SamplingIntegrator):
@@ -145,7 +143,4 @@ def define():
                 f"rr_depth={self.rr_depth}]"
             )
 
-    mi.register_integrator("dispersivepath", DispersivePath)
-
-
-on_every_variant(define)
+    return DispersivePath

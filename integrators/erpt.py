@@ -40,8 +40,6 @@ import numpy as np
 from relume.integrators.markovchains import Walk, walk_chains
 from relume.integrators.metropolis import effective, metropolis_class, resampled
 
-from relume.registration import on_every_variant
-
 
 def define():
     """Define and register the plugin under the variant in use."""
@@ -70,7 +68,4 @@ def define():
         def to_string(self):
             return f"ERPT[{self.length} x {self.mutation}, {self.nested}]"
 
-    mi.register_integrator("erpt", ERPT)
-
-
-on_every_variant(define)
+    return ERPT

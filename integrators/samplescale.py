@@ -29,8 +29,6 @@ import drjit as dr
 import mitsuba as mi
 from relume.integrators.common import nested_integrator, with_depth_range
 
-from relume.registration import on_every_variant
-
 
 def define():
     """Define and register the plugin under the variant in use."""
@@ -74,7 +72,4 @@ def define():
         def to_string(self):
             return f"SampleScale[{self.nested}]"
 
-    mi.register_integrator("samplescale", SampleScale)
-
-
-on_every_variant(define)
+    return SampleScale

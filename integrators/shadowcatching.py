@@ -20,8 +20,6 @@ Source: the legacy manual, `shadow`; scene language section 11.7.
 import mitsuba as mi
 from relume.integrators.common import nested_integrator, with_depth_range
 
-from relume.registration import on_every_variant
-
 
 def define():
     """Define and register the plugin under the variant in use."""
@@ -56,7 +54,4 @@ def define():
         def to_string(self):
             return f"ShadowCatching[{self.nested}]"
 
-    mi.register_integrator("shadowcatching", ShadowCatching)
-
-
-on_every_variant(define)
+    return ShadowCatching
