@@ -34,8 +34,6 @@ The material is one-sided; wrap it in ``twosided`` for surfaces seen from both s
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
 from .common import diffuse_plus_lobe, polar
 
 
@@ -87,7 +85,4 @@ def define():
                 f"specular_reflectance={self.specular_reflectance}, exponent={self.exponent}]"
             )
 
-    mi.register_bsdf("phong", Phong)
-
-
-on_every_variant(define)
+    return Phong

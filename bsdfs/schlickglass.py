@@ -47,8 +47,6 @@ F.
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
 from .common import choice
 from .dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
 
@@ -234,7 +232,4 @@ def define():
                 f"specular_transmittance={self.specular_transmittance}]"
             )
 
-    mi.register_bsdf("schlickglass", SchlickGlass)
-
-
-on_every_variant(define)
+    return SchlickGlass

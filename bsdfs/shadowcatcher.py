@@ -30,8 +30,6 @@ in any other it is an ordinary diffuse surface.
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
 
 def shining_pictures(scene):
     """The shapes of a scene that shine with a picture."""
@@ -114,7 +112,4 @@ def define():
         def to_string(self):
             return f"ShadowCatcher[reflectance={self.reflectance}]"
 
-    mi.register_bsdf("shadowcatcher", ShadowCatcher)
-
-
-on_every_variant(define)
+    return ShadowCatcher

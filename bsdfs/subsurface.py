@@ -49,8 +49,6 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
 SUBSURFACE = 1 << 25
 """Bit outside ``mi.BSDFFlags``. In `m_flags` it marks the material; in ``BSDFContext.type_mask`` it
 says that the integrator can find the other end of a way through the medium; and then, in
@@ -282,7 +280,4 @@ def define():
                 f"level={self.level}, {textures}]"
             )
 
-    mi.register_bsdf("subsurface", Subsurface)
-
-
-on_every_variant(define)
+    return Subsurface

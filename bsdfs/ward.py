@@ -54,8 +54,6 @@ The material is one-sided; wrap it in ``twosided`` for surfaces seen from both s
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
 from .common import choice, diffuse_plus_lobe, polar
 
 MIN_ALPHA = 1e-4
@@ -127,7 +125,4 @@ def define():
                 f"alpha_u={self.alpha_u}, alpha_v={self.alpha_v}]"
             )
 
-    mi.register_bsdf("ward", Ward)
-
-
-on_every_variant(define)
+    return Ward

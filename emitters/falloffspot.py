@@ -44,9 +44,8 @@ every light that is alive, also those of other scenes.)
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from relume.registration import on_every_variant
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
 NO_ATTENUATION_BELOW = 1e-3
 
@@ -182,7 +181,4 @@ def define():
                 f"intensity = {self.intensity}]"
             )
 
-    mi.register_emitter("falloffspot", FalloffSpot)
-
-
-on_every_variant(define)
+    return FalloffSpot

@@ -51,10 +51,9 @@ image.
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.emitters.common import sample_side, spawn_ray, sphere_of
 from relume.emitters.domemaps import cell_solid_angles, find_map, texel
-
-from relume.registration import on_every_variant
 
 
 def read_image(props):
@@ -259,7 +258,4 @@ def define():
         def to_string(self):
             return f"IblDome[{self.width} x {self.height}, map = {self.map_name}]"
 
-    mi.register_emitter("ibldome", IblDome)
-
-
-on_every_variant(define)
+    return IblDome

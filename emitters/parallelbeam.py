@@ -38,9 +38,8 @@ never does. Legacy scenes put `irradiance` to :math:`\pi` times the emission of 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from relume.registration import on_every_variant
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
 
 def define():
@@ -164,7 +163,4 @@ def define():
                 f"irradiance = {self.irradiance}]"
             )
 
-    mi.register_emitter("parallelbeam", ParallelBeam)
-
-
-on_every_variant(define)
+    return ParallelBeam

@@ -36,9 +36,8 @@ promises that their :math:`(u, v)` cover the image once.
 
 import drjit as dr
 import mitsuba as mi
-from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
 
-from relume.registration import on_every_variant
+from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
 
 BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
@@ -223,7 +222,4 @@ def define():
         def to_string(self):
             return f"TwoSidedArea[radiance = {self.radiance}]"
 
-    mi.register_emitter("twosidedarea", TwoSidedArea)
-
-
-on_every_variant(define)
+    return TwoSidedArea

@@ -28,6 +28,7 @@ distribution F_t of leaving light is normalized, as in the directional one.
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.subsurface import TINY, boundary_factor, diffuse_reflectance, reduced
 
 TAIL = 1e-3

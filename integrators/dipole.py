@@ -55,6 +55,7 @@ from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.common import choice
 from relume.bsdfs.subsurface import SUBSURFACE
 from relume.integrators.common import path_depths, power_heuristic
@@ -62,8 +63,6 @@ from relume.integrators.diffusion import PROFILES
 from relume.integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
 from relume.integrators.media import Media, medium_of
 from relume.integrators.probing import find_entry
-
-from relume.registration import on_every_variant
 
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
@@ -292,7 +291,4 @@ def define():
                 f"rr_depth={self.rr_depth}]"
             )
 
-    mi.register_integrator("dipole", Dipole)
-
-
-on_every_variant(define)
+    return Dipole

@@ -26,10 +26,9 @@ to differentiate a scene use ``prb``, which treats dispersion without bias, if w
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.common import path_depths, power_heuristic
-
-from relume.registration import on_every_variant
 
 
 def define():
@@ -145,7 +144,4 @@ def define():
                 f"rr_depth={self.rr_depth}]"
             )
 
-    mi.register_integrator("dispersivepath", DispersivePath)
-
-
-on_every_variant(define)
+    return DispersivePath

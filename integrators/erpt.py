@@ -37,10 +37,9 @@ a limit of consecutive rejections, as in the paper's filters, would darken the p
 
 import mitsuba as mi
 import numpy as np
+
 from relume.integrators.markovchains import Walk, walk_chains
 from relume.integrators.metropolis import effective, metropolis_class, resampled
-
-from relume.registration import on_every_variant
 
 
 def define():
@@ -70,7 +69,4 @@ def define():
         def to_string(self):
             return f"ERPT[{self.length} x {self.mutation}, {self.nested}]"
 
-    mi.register_integrator("erpt", ERPT)
-
-
-on_every_variant(define)
+    return ERPT

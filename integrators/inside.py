@@ -2,6 +2,7 @@
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import component, pick, transmitted
 

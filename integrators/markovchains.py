@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.integrators.primarysamples import (
     MUTATIONS,
     PEAK,

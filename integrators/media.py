@@ -3,6 +3,7 @@
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.integrators.inside import no_medium
 
 

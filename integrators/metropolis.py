@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
 from relume.integrators.primarysamples import MUTATIONS, Paths
 from relume.integrators.uniformsamples import pixel_means, uniform_samples

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.integrators.diffusion import pick
 
 AXES = (0.5, 0.25, 0.25)

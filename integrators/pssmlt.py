@@ -79,10 +79,9 @@ bright path show as bright pixels; `docs/metropolis.md` tells how many.
 
 import mitsuba as mi
 import numpy as np
+
 from relume.integrators.markovchains import Walk, walk_chains
 from relume.integrators.metropolis import effective, metropolis_class, resampled
-
-from relume.registration import on_every_variant
 
 SHORTEST = 64
 """A chain walks at least as many steps, or there are fewer chains."""
@@ -151,7 +150,4 @@ def define():
         def to_string(self):
             return f"PSSMLT[{self.mutation}, {self.nested}]"
 
-    mi.register_integrator("pssmlt", PSSMLT)
-
-
-on_every_variant(define)
+    return PSSMLT

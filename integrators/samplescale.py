@@ -27,9 +27,8 @@ of a pixel.
 
 import drjit as dr
 import mitsuba as mi
-from relume.integrators.common import nested_integrator, with_depth_range
 
-from relume.registration import on_every_variant
+from relume.integrators.common import nested_integrator, with_depth_range
 
 
 def define():
@@ -74,7 +73,4 @@ def define():
         def to_string(self):
             return f"SampleScale[{self.nested}]"
 
-    mi.register_integrator("samplescale", SampleScale)
-
-
-on_every_variant(define)
+    return SampleScale

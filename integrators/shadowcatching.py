@@ -18,9 +18,8 @@ Source: the legacy manual, `shadow`; scene language section 11.7.
 """
 
 import mitsuba as mi
-from relume.integrators.common import nested_integrator, with_depth_range
 
-from relume.registration import on_every_variant
+from relume.integrators.common import nested_integrator, with_depth_range
 
 
 def define():
@@ -56,7 +55,4 @@ def define():
         def to_string(self):
             return f"ShadowCatching[{self.nested}]"
 
-    mi.register_integrator("shadowcatching", ShadowCatching)
-
-
-on_every_variant(define)
+    return ShadowCatching

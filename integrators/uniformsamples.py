@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.integrators.primarysamples import key, luminance, uniform
 
 STRATUM = 0xFFFFFFF2

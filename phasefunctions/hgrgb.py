@@ -34,8 +34,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.registration import on_every_variant
-
 BLUE, GREEN, RED = 464.0, 549.0, 611.0
 """Dominant wavelengths of the primaries of sRGB [nm]."""
 
@@ -129,7 +127,4 @@ def define():
         def to_string(self):
             return f"HenyeyGreensteinRGB[g={self.g}]"
 
-    mi.register_phase("hgrgb", HenyeyGreensteinRGB)
-
-
-on_every_variant(define)
+    return HenyeyGreensteinRGB

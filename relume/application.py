@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from relume.translator import Document, Translation
 
 from relume import translator
 from relume.loading import (
@@ -22,6 +21,7 @@ from relume.loading import (
 from relume.options import RenderOptions, kind_of
 from relume.progress import Tell, TimeLimit, progress_bar
 from relume.session import Scene, Session
+from relume.translator import Document, Translation
 
 
 def read(path: str | os.PathLike[str], environ: Mapping[str, str] | None = None) -> Document:

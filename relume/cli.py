@@ -1,4 +1,4 @@
-"""The command line: `relume check | render | merge | convert`, the workbench, and `doctor`."""
+"""The command line: `relume check | render | merge | convert | scenes`, the workbench, `doctor`."""
 
 from __future__ import annotations
 
@@ -281,6 +281,24 @@ def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
     for scene, why in failed.items():
         click.echo(f"relume: {scene}: {why}", err=True)
     sys.exit(1 if failed else 0)
+
+
+@main.command()
+@click.argument("names", nargs=-1, metavar="[NAME...]")
+@click.option("-o", "--output", "out", metavar="DIR", help="Folder to copy them to.")
+def scenes(names: tuple[str, ...], out: str | None) -> None:
+    """List the example scenes, or copy some with the files that they name.
+
+    With NAMEs alone they are copied to the working directory, with -o DIR alone all are.
+    """
+    from relume import examples
+
+    if not names and out is None:
+        examples.print_names(Console())
+        return
+    with readable_errors():
+        for path in examples.copy(names or examples.names(), out or "."):
+            click.echo(path)
 
 
 @main.command()

@@ -14,10 +14,9 @@ class readable_errors:
         return self
 
     def __exit__(self, _kind: Any, error: Any, _trace: Any) -> Literal[False]:
-        from relume.translator.diagnostics import SceneError
-
         from relume.output import OutputError
         from relume.session import CannotRender
+        from relume.translator.diagnostics import SceneError
 
         if isinstance(error, SceneError):
             for line in error.described():

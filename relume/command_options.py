@@ -8,10 +8,10 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
-from relume.translator.dialects import DIALECTS
 
 from relume.command_errors import readable_errors
 from relume.options import RenderOptions
+from relume.translator.dialects import DIALECTS
 
 SIZE = "WIDTHxHEIGHT"
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from relume.translator import Document
-from relume.translator.plan import metropolis, mutations
-
 from relume import output
 from relume.accumulator import Accumulator
+from relume.translator import Document
+from relume.translator.plan import metropolis, mutations
 
 DUMP_INTERVAL = 60.0
 """With a time limit the picture so far is written each minute, as the manual says [s]."""

@@ -11,8 +11,6 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.translator import Document, Translation
-from relume.translator.plan import METROPOLIS, RenderPlan, with_samples
 
 from relume import llvm, translator
 from relume.options import RenderOptions, kind_of
@@ -26,6 +24,8 @@ from relume.session import (
     thread_count,
     variant_context,
 )
+from relume.translator import Document, Translation
+from relume.translator.plan import METROPOLIS, RenderPlan, with_samples
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""

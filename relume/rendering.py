@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from relume.translator import Document, Translation
-
 from relume import cluster as clusters
 from relume import fingerprint, output
 from relume.accumulator import Accumulator
@@ -22,6 +20,7 @@ from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
 from relume.progress import Progress, TimeLimit, interruptible, progress_bar
 from relume.session import CannotRender, accumulate
+from relume.translator import Document, Translation
 
 if TYPE_CHECKING:
     from rich.console import Console

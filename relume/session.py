@@ -8,7 +8,6 @@ a fixed order, never scattered into the film. Passes are added up exactly (see `
 
 from __future__ import annotations
 
-import os
 import time
 import warnings
 from collections.abc import Generator, Iterable, Iterator
@@ -18,11 +17,12 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.translator.media import BOUNDARY
 
 from relume.accumulator import Accumulator
+from relume.cores import available_cores
 from relume.passes import Pass, PassPlan, PassSet
 from relume.progress import Progress
+from relume.translator.media import BOUNDARY
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
@@ -74,13 +74,6 @@ def variant_context(name: str) -> Iterator[None]:
     finally:
         if before and before != name:
             set_variant(before)
-
-
-def available_cores() -> int:
-    """Number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

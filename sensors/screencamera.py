@@ -32,8 +32,6 @@ Source: the renderer's manual, `SCREEN`; scene language sections 5.1 and 5.5.
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
 
 def define():
     """Define and register the plugin under the variant in use."""
@@ -87,7 +85,4 @@ def define():
         def to_string(self):
             return f"ScreenCamera[width={self.width}, height={self.height}]"
 
-    mi.register_sensor("screencamera", ScreenCamera)
-
-
-on_every_variant(define)
+    return ScreenCamera

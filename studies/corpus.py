@@ -19,8 +19,8 @@ from pathlib import Path
 import relume  # isort: skip  chooses LLVM before mitsuba loads
 
 import study_stand_ins
-from relume.translator.assets import Assets
 
+from relume.translator.assets import Assets
 from relume.workbench import chart_files, chart_table, charting, comparing
 from relume.workbench.compare_page import page
 

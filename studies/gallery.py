@@ -20,12 +20,12 @@ import relume  # isort: skip  chooses LLVM before mitsuba loads
 import numpy as np
 import study_stand_ins
 from PIL import Image, ImageDraw
-from relume.translator.assets import Assets
-from relume.translator.diagnostics import SceneError
-from relume.translator.shapes import Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 from relume import translator
 from relume.loading import resized
+from relume.translator.assets import Assets
+from relume.translator.diagnostics import SceneError
+from relume.translator.shapes import Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "gallery"
 SIZE = (160, 120)

@@ -16,12 +16,12 @@ import relume  # isort: skip  chooses LLVM before mitsuba loads
 
 import mitsuba as mi
 import numpy as np
-from relume.translator import read_text, translate
-from relume.translator.diagnostics import SceneError
-from relume.translator.media import with_method
 
 from relume.loading import open_session, resized
 from relume.session import Session
+from relume.translator import read_text, translate
+from relume.translator.diagnostics import SceneError
+from relume.translator.media import with_method
 
 RUNS = 8
 SAMPLES = 8

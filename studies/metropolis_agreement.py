@@ -15,9 +15,9 @@ import relume  # noqa: F401  # isort: skip  finds LLVM before Mitsuba is importe
 
 import mitsuba as mi
 import numpy as np
-from relume.integrators import pssmlt
 from study_metropolis import DEPTH, HERE, PATHS, of_file, scenes
 
+from relume.integrators import pssmlt
 from relume.workbench.statistics import Runs, equal_means, pooled
 
 SIZE = (80, 60)

@@ -145,7 +145,7 @@ def empty_pass(pixels):
     def render(_key, index, spp):
         sums = np.full((2, 3, pixels), spp, np.float32)
         found = Pass(index, spp, *sums)
-        return worker.Found(found, 0.0, worker.checksum(found))
+        return worker.Rendered(found, 0.0, worker.checksum(found))
 
     worker._render = render
 

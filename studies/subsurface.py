@@ -18,16 +18,16 @@ import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import mitsuba as mi
 import numpy as np
-from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES
-from relume.integrators.dipole import Leave
-from relume.translator.materials_table import MATERIALS
 from test_dipole import fresnel, hemispherical, reflectance, rgb
 
 from relume import (
     bsdfs,  # noqa: F401  registers the plugins
     integrators,  # noqa: F401
 )
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.diffusion import PROFILES
+from relume.integrators.dipole import Leave
+from relume.translator.materials_table import MATERIALS
 
 ALPHA = np.array([0.3, 0.8, 0.99])
 COLUMN = {

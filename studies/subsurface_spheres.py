@@ -16,7 +16,6 @@ import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import mitsuba as mi
 import numpy as np
-from relume.translator.materials_table import MATERIALS
 from study_subsurface import (
     METHODS,
     dipole,
@@ -29,6 +28,8 @@ from study_subsurface import (
     simulated,
     triple,
 )
+
+from relume.translator.materials_table import MATERIALS
 
 BALLS = ("Marble", "Skin1", "Ketchup", "Wholemilk")
 

@@ -4,6 +4,7 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances

@@ -7,6 +7,7 @@ and `VertexColor`.
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from relume.translator.images import as_texture, read_image
 from relume.translator.scene_values import Matrix, Picture, reflectance
 

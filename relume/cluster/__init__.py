@@ -14,12 +14,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from relume.translator import Translation
-
 from relume.options import RenderOptions
 
 if TYPE_CHECKING:
     from relume.cluster.farm import Farm
+    from relume.translator.scene import Translation
 
 MPI = "mpi"
 """Address that stands for the processes that mpirun started."""
@@ -37,7 +36,7 @@ class Cluster:
 
     workers: int | None = None
     address: str | None = None
-    tls: tuple | None = None
+    tls: tuple[str, str, str] | None = None
 
 
 @contextmanager
@@ -46,24 +45,24 @@ def opened(
     translation: Translation,
     render: dict[str, Any],
     options: RenderOptions,
-    note: Callable[[str], None],
+    note: Callable[[str], object],
 ) -> Iterator[Farm]:
-    """Context with a `farm.Farm` for a translated scene.
+    """Context with a `Farm` for a translated scene.
 
     Args:
-        cluster: `Cluster`.
+        cluster: who renders.
         translation: the translated scene.
-        render: `fingerprint.of_render`.
+        render: its `fingerprint.of_render`.
         options: with which `render` was made.
         note: called with sentences for the user.
 
     Raises:
         CannotRender: `distributed` is not installed, or no scheduler answers.
     """
-    from relume.cluster import opening, serialization, worker
-    from relume.cluster.farm import Farm
+    from relume.cluster import farm, opening, serialization, worker
 
-    with opening.client(cluster, translation.document.thread) as client:
+    threads = translation.document.thread
+    with opening.client(cluster, None if threads is None else int(threads)) as client:
         scene, contents = serialization.pack(translation.scene)
         job = worker.Job.of(translation, scene, render, options)
-        yield Farm(client, job, contents, note)
+        yield farm.Farm(client, job, contents, note)

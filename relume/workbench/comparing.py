@@ -11,7 +11,6 @@ from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
-from relume.translator.plan import samples
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from relume import passes_file, translator
@@ -20,6 +19,7 @@ from relume.loading import resized, variant_and_threads
 from relume.output import OutputError, check_writable
 from relume.progress import interruptible
 from relume.session import CannotRender, exr_threads, reason, variant_context
+from relume.translator.plan import samples
 from relume.workbench import estimate_files, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side

@@ -12,13 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import mitsuba as mi
-from relume.translator import media
-from relume.translator.plan import plugin_types
-from relume.translator.scene_values import to_mitsuba
 
 from relume import translator
 from relume.loading import integrator_entry, load_scene
 from relume.session import CannotRender, reason
+from relume.translator import media
+from relume.translator.plan import plugin_types
+from relume.translator.scene_values import to_mitsuba
 
 MEDIA = {"homogeneous", "heterogeneous"}
 

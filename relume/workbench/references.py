@@ -5,12 +5,10 @@ Its name in the cache is a hash of the translated scene with the contents of its
 and the versions of what renders it: what is found under that name is the picture of that scene.
 """
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from relume import plugins
+from relume import cache, plugins
 from relume.fingerprint import content_hash, file_hash, versions
 from relume.session import CannotRender
 from relume.workbench import estimate_files, measures, renders, statistics
@@ -102,14 +100,7 @@ def cached(path, key):
 
 def cache_folder():
     """The user's folder for references; it may be deleted at any time."""
-    home = Path.home()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "relume" / "references"
+    return cache.folder() / "references"
 
 
 def content_key(translation):

@@ -17,7 +17,6 @@ from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
-from relume.translator.diagnostics import SceneError
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
@@ -34,6 +33,7 @@ from relume.session import (
     thread_count,
     variant_context,
 )
+from relume.translator.diagnostics import SceneError
 from relume.workbench import stability_page as page
 from relume.workbench.comparison import versions
 from relume.workbench.methods import METHODS, Stage, find, planned

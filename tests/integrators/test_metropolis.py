@@ -6,11 +6,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.integrators.markovchains import Walk, walk_chains
 from relume.integrators.metropolis import resampled
 from relume.integrators.primarysamples import MUTATIONS, Paths, moved
 from relume.integrators.uniformsamples import uniform_samples
-
 from relume.registration import on_every_variant
 
 METHODS = {

@@ -1,10 +1,10 @@
 """Where pictures go: the file or folder asked for, the scene's own name, dumps beside it."""
 
 import pytest
-from relume.translator import Document
 
 from relume import output
 from relume.destination import Destination, Dumps
+from relume.translator import Document
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from relume.translator.document import MAX_SAMPLES, MAX_SIDE
 
 from relume.options import RenderOptions
+from relume.translator.document import MAX_SAMPLES, MAX_SIDE
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,8 @@ from PIL import Image
 from rich.console import Console
 
 import relume
-from relume import output, passes
+from relume import destination, output, passes
+from relume.accumulator import Accumulator
 from relume.rendering import render_file
 
 NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
@@ -126,6 +127,18 @@ def test_dumps_at_the_scenes_interval(room, here, console, short_passes):
     assert files(here / "image") == [f"output_W{k:06d}.bmp" for k in range(1, 5)]
     last, final = (np.asarray(Image.open(p), float) for p in ("image/output_W000004.bmp", "a.png"))
     assert abs(last.mean() - final.mean()) < 0.05 * final.mean()
+
+
+@pytest.mark.parametrize("seconds, expected", [(10, [10, 20, 30]), (12.5, [13, 26])])
+def test_dumps_come_as_often_as_the_scene_says(room, monkeypatch, seconds, expected):
+    """Offered a picture each second, they take the first after each interval."""
+    document = relume.read(room(f"IMAGEDUMP\n{seconds}"))
+    dumps = destination.Dumps(document, destination.Destination(document, "a.png"), None)
+    taken = []
+    monkeypatch.setattr(destination.output, "write_image", lambda *_: taken.append(now))
+    for now in range(36):
+        dumps.offer(Accumulator(1, 1), now)
+    assert taken == expected
 
 
 def test_dumps_lie_beside_the_picture_that_the_scene_names(room, here, console, short_passes):

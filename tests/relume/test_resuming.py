@@ -155,7 +155,7 @@ def test_passes_of_another_version_or_scene_are_refused(room, here, stopping, mo
 
 def test_passes_are_not_lost_to_a_forgotten_option(room, here, stopping, console):
     left_after(2, room(), stopping)
-    with pytest.raises(session.CannotRender, match="holds 2 samples a pixel of this render"):
+    with pytest.raises(session.CannotRender, match="holds 2 samples per pixel of this render"):
         render(room(), "a.exr")
     render(room(), "a.exr", console, seed=1)
     assert "a.passes.exr is of another render and will be replaced" in console.export_text()

@@ -3,6 +3,7 @@
 from html.parser import HTMLParser
 
 import pytest
+
 from relume.translator import Document, read_text
 
 BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection {}\n\n"

@@ -5,6 +5,7 @@ import math
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.translator.diagnostics import SceneError
 
 QUAD = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

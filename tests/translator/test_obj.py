@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from relume.translator import obj
 from relume.translator.obj import MeshError, features, plain, read_obj, vertex_normals
 
