@@ -1,17 +1,18 @@
 """Runs the pages that teach, from top to bottom, as their reader would.
 
-    python tests/docs/tutorials.py docs/start.md            # and renews the pictures of the page
+    python tests/docs/tutorials.py docs/start.md                   # renews the page's pictures
+    python tests/docs/tutorials.py --check docs/start.md FOLDER    # holds them against the page
 
 In a folder that holds the scene files beside the page, the text files that the page shows with a
 caption, and the folder `scenes`, it
 
-- executes the blocks marked ``python``, in one process and one namespace; an ``output`` block behind
-  one says what it prints;
+- executes the blocks marked ``python``, in one process and one namespace; an ``output`` block
+  behind one says what it prints;
 - executes the lines of ``console`` blocks that start with ``$ relume``; what stands below says what
   they print. A command ends with status 0, unless the next line is ``$ echo $?``.
 
-In expected output ``...`` stands for anything, and blanks are all alike. Pictures that the page shows
-from its folder ``images`` are those that its blocks write under the same name.
+In expected output ``...`` stands for anything, and blanks are all alike. Pictures that the page
+shows from its folder ``images`` are those that its blocks write under the same name.
 """
 
 import contextlib
@@ -30,12 +31,13 @@ import relume  # noqa: F401  isort: skip  first: it points Dr.Jit at a usable LL
 import numpy as np
 from click.testing import CliRunner
 from PIL import Image
+
 from relume.cli import main
 
 ROOT = Path(__file__).parents[2]
-FENCE = re.compile(r"^```(python|output|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FILE = re.compile(r"^```\{code-block\} text\n:caption: (\S+)\n\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PICTURE = re.compile(r"!\[[^\]]*\]\((?:\.\./)?(images/[^)]+)\)")
+FENCE = re.compile(r"^```(python|output|console)\n(.*?)^```$", re.M | re.DOTALL)
+FILE = re.compile(r"^```\{code-block\} text\n:caption: (\S+)\n\n(.*?)^```$", re.M | re.DOTALL)
+PICTURE = re.compile(r"!\[[^\]]*\]\((images/[^)]+)\)")
 MATCH = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 TOLERANCE = 4
 """Mean difference of two pictures of one scene by two machines, of 255."""
@@ -164,5 +166,8 @@ def renew(page):
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:]:
-        renew(Path(name).resolve())
+    if sys.argv[1] == "--check":
+        run_in(Path(sys.argv[2]).resolve(), Path(sys.argv[3]))
+    else:
+        for name in sys.argv[1:]:
+            renew(Path(name).resolve())
