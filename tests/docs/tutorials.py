@@ -77,6 +77,7 @@ def expect(wanted, got, where):
 def run_console(text, where):
     """Execute the commands of a console block."""
     status = None
+    text = text.replace("\\\n", "")
     for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
         command, _, wanted = part.partition("\n")
         if command == "echo $?":
@@ -88,7 +89,7 @@ def run_console(text, where):
         name, *arguments = shlex.split(command)
         if name != "relume":
             raise Mismatch(f"{where}: `{name}` is not run, mark the block `sh`")
-        result = CliRunner().invoke(main, arguments, env={"COLUMNS": "100"})
+        result = CliRunner().invoke(main, arguments, env={"COLUMNS": "80"})
         if result.exception and not isinstance(result.exception, SystemExit):
             raise result.exception
         status = result.exit_code
