@@ -45,7 +45,7 @@ html_show_copyright = False
 # Until the merge: names that `api.md` documents already, and pages that others write.
 import relume  # noqa: E402
 
-if not hasattr(relume, "load"):
+if not hasattr(relume, "Document"):
     suppress_warnings = ["autodoc.import_object", "myst.xref_missing"]
 
 
