@@ -1,8 +1,8 @@
 """A page for each Mitsuba plugin, made from the docstring of its module, and links to these pages.
 
 The docstrings are reStructuredText. Their first line is what the plugin is and, in brackets and
-single backticks, its name, which is that of the module. Single backticks mean code in them. In any
-page, the first literal that is the name of a plugin becomes a link to its page.
+backticks, its name, which is that of the module. In any page, the first literal that is the name of
+a plugin becomes a link to its page.
 """
 
 import ast
@@ -23,7 +23,7 @@ KINDS = {
 }
 """Packages of plugins in the order of the pages, with their captions."""
 
-TITLE = re.compile(r"(.+) \(`(\w+)`\)\n=+\n(.*)", re.DOTALL)
+TITLE = re.compile(r"(.+) \(`+(\w+)`+\)\n=+\n(.*)", re.DOTALL)
 
 HEADER = """\
 Plugins
@@ -93,7 +93,7 @@ def write_pages(app):
 
 
 def code_role(_name, rawtext, text, *_):
-    """What single backticks mean in docstrings: code."""
+    """What single backticks mean in docstrings of the API: code."""
     return [nodes.literal(rawtext, text)], []
 
 
