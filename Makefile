@@ -33,6 +33,12 @@ demo: setup
 test: lint
 	$(BIN)/python -m pytest
 
+# The site, without a network; tests/docs builds it, too.
+.PHONY: docs
+docs: setup
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo "build/docs/index.html"
+
 # mypy names modules after folders: links put these where they are installed.
 TYPES := build/types
 lint: setup
