@@ -32,7 +32,7 @@ def write_page(folder, cells, pictures):
 
     Args:
         folder: path; the page is beside it and of the same name.
-        cells: figures of the cells, dictionaries (see study_convergence.py).
+        cells: figures of the cells, dictionaries (see convergence.py).
         pictures: linear pictures by (material, light).
     """
     lights = list(dict.fromkeys(cell["light"] for cell in cells))

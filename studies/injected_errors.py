@@ -1,4 +1,4 @@
-"""Errors of 2 % that tests have to find: see `study_mutations`."""
+"""Errors of 2 % that tests have to find: see `error_injection`."""
 
 from dataclasses import dataclass
 

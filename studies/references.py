@@ -1,32 +1,27 @@
 """References of the example scenes, tests/references/NAME.exr, and what tests against them see.
 
-    make study-references                     # of every scene, and the table README.md beside them
-    make study-references SCENE=glass.txt     # of one scene
+    python -m studies references                # of every scene, and the table README.md there
+    python -m studies references glass.txt      # of one scene
 
 With `--reruns N` it counts false alarms instead: N checks of every scene with seeds of their own.
 """
 
-import argparse
 from pathlib import Path
-
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import numpy as np
 
 from relume.workbench import regression
+from studies import ROOT, SCENES
 
-ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "tests" / "references"
 LOOSE = 0.05
 """Rate of false alarms of the reruns: so high that some are expected."""
 
 
-def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("scene", nargs="*", help="names of scene files; default: all")
     parser.add_argument("--reruns", type=int, default=0, metavar="N")
     parser.add_argument("--table", action="store_true", help="make README.md alone")
-    return parser.parse_args()
 
 
 def reference(scene):
@@ -91,10 +86,9 @@ def count_alarms(scenes, reruns):
     print(f"{failed['any']} of {checks} checks fail; {LOOSE * checks:.0f} are expected")
 
 
-def main():
-    given = arguments()
-    every = sorted((ROOT / "scenes").glob("*.txt"))
-    scenes = [ROOT / "scenes" / Path(name).name for name in given.scene] or every
+def run(given):
+    every = sorted(SCENES.glob("*.txt"))
+    scenes = [SCENES / Path(name).name for name in given.scene] or every
     if given.reruns:
         count_alarms(scenes, given.reruns)
         return
@@ -107,6 +101,3 @@ def main():
     size = sum(file.stat().st_size for file in FOLDER.iterdir())
     print(f"{FOLDER.relative_to(ROOT)}: {size / 1e6:.2f} MB")
 
-
-if __name__ == "__main__":
-    main()

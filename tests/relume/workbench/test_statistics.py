@@ -1,4 +1,4 @@
-"""Statistics of pictures: exact small cases, honest false alarms, power, noise of a lone picture.
+"""Statistics of pictures: exact small cases, calibrated false alarms, power, noise of a lone picture.
 
 `RATE` is the rate of false alarms that is asked for. How many of 200 pairs raise one is judged by
 the binomial law, and so is how many differences are found of those that ought to be.
