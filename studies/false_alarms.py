@@ -22,7 +22,7 @@ import relume
 from relume import translator
 from relume.application import prepared, resized
 from relume.session import Session
-from relume.workbench import statistics
+from relume.workbench import estimates, statistics
 from relume.workbench.comparing import RUNS
 from relume.workbench.comparison import FALSE_ALARMS
 from studies import ROOT, SCENES
@@ -143,8 +143,8 @@ def compare_with_self(scene, count):
 
 
 def estimate(pictures):
-    """The `statistics.Estimate` of some pictures."""
-    runs = statistics.Runs()
+    """The `estimates.Estimate` of some pictures."""
+    runs = estimates.Runs()
     for picture in pictures:
         runs.add(picture)
     return runs.estimate()

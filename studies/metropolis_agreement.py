@@ -13,7 +13,8 @@ import mitsuba as mi
 import numpy as np
 from relume.integrators import pssmlt
 
-from relume.workbench.statistics import Runs, equal_means, pooled
+from relume.workbench.estimates import Runs
+from relume.workbench.statistics import equal_means, pooled
 from studies import SCENES
 from studies.metropolis import DEPTH, FOLDER, PATHS, of_file, scenes
 

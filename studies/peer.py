@@ -21,7 +21,7 @@ import numpy as np
 
 from relume import translator
 from relume.application import ready
-from relume.workbench import comparing, measures, methods, renders, statistics
+from relume.workbench import comparing, estimates, measures, methods, renders, statistics
 from relume.workbench.comparison import CONFIDENCE, FALSE_ALARMS, Comparison, Side
 from studies import DOCS, peer_light
 from studies.peer_table import table
@@ -63,7 +63,7 @@ class Case:
                 for run in range(RUNS):
                     seed = renders.own_seed(SEED, renders.COMPARE, part, run)
                     total[run] = total[run] + weight * renders.render(scene, own, SPP, seed).picture
-        runs = statistics.Runs()
+        runs = estimates.Runs()
         for picture in total:
             runs.add(picture)
         return runs.estimate()
@@ -114,7 +114,7 @@ def on_and_off(case, estimate):
 def ratio_within(a, b, mask):
     """Ratio of the means of two levels over a mask, and half-width, for each channel."""
     means = (
-        statistics.Level(
+        estimates.Level(
             level.mean[mask].mean(axis=0),
             level.variance[mask].sum(axis=0) / mask.sum() ** 2,
             level.dof[mask].sum(axis=0),

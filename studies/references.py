@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from relume.workbench import regression
+from relume.workbench.estimates import BLOCKS
 from studies import ROOT, SCENES
 
 FOLDER = ROOT / "tests" / "references"
@@ -61,7 +62,7 @@ when a scene or, on purpose, its picture changes; never to make a failing test p
 A check of an unchanged scene fails in {100 * regression.RATE:.2f} % of cases (other seeds), of all
 {len(scenes)} together in {100 * together:.1f} %. The last columns are the errors that a check
 finds in {100 * regression.POWER:.0f} of 100 cases: of the whole picture's mean, in the channel
-where it sees least, and of one block, {regression.statistics.BLOCKS} along the longer side, the
+where it sees least, and of one block, {BLOCKS} along the longer side, the
 median of all.
 
 | scene | method | size | reference, runs x samples | check | whole | a block |

@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 
 from relume.output import encode_display
-from relume.workbench import measures, statistics
+from relume.workbench import estimates, measures
 from relume.workbench.compare_table import explanations, tables
 
 HALF_MAX = 65504.0
@@ -91,7 +91,7 @@ def view_data(comparison, report):
     return {
         "width": width,
         "height": height,
-        "side": statistics.block_side(height, width),
+        "side": estimates.block_side(height, width),
         "scale": scale,
         "names": [side.name for side in comparison.sides],
         "thresholds": {"z": pixels.threshold, "blocks": blocks.threshold},

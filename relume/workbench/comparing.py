@@ -19,7 +19,7 @@ from relume.application import read, ready, resized
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
 from relume.session import CannotRender, reason, two_threads, variant
-from relume.workbench import estimate_files, measures, methods, renders, statistics
+from relume.workbench import estimate_files, estimates, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
 
@@ -165,7 +165,7 @@ def render_in_turn(methods, spp, runs, seed, watch=None):
     Returns:
         A `Side` for each method.
     """
-    taken = [statistics.Runs() for _ in methods]
+    taken = [estimates.Runs() for _ in methods]
     seconds = [[] for _ in methods]
     for run in range(runs):
         for side, (_, scene, integrator) in enumerate(methods):
@@ -224,7 +224,7 @@ def picture_side(name, picture, stored, other):
     finite = np.isfinite(picture)
     shown = np.where(finite, picture, 0)
     step = rgbe_step(shown) if Path(name).suffix.lower() == ".hdr" else 0.0
-    estimate = stored or statistics.from_picture(shown, other, step)
+    estimate = stored or estimates.from_picture(shown, other, step)
     return Side(str(name), estimate, 0, (), int((~finite).sum()), int((picture < 0).sum()))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from relume import llvm
 from relume.doctor import PACKAGES
-from relume.workbench import measures, statistics
+from relume.workbench import estimates, measures, statistics
 
 FALSE_ALARMS = 0.01
 """How often two methods of the same expectation are told to differ."""
@@ -27,7 +27,7 @@ class Side:
 
     Attributes:
         name: plugin id of the integrator, or the picture's path.
-        estimate: `statistics.Estimate`.
+        estimate: `estimates.Estimate`.
         runs: number of independent renders; 0 for a picture.
         seconds: duration of each render [s].
         not_finite: values that were NaN or infinite.
@@ -35,7 +35,7 @@ class Side:
     """
 
     name: str
-    estimate: statistics.Estimate
+    estimate: estimates.Estimate
     runs: int
     seconds: tuple
     not_finite: int
@@ -103,13 +103,13 @@ class Comparison:
         level = "pixels" if pixels.differ and not blocks.differ else "blocks"
         a, b = (getattr(side.estimate, level) for side in self.sides)
         place = tuple(int(i) for i in self.scores[level].place(np.abs(a.mean - b.mean)))
-        a, b = (statistics.Level(l.mean[place], l.variance[place], l.dof[place]) for l in (a, b))
+        a, b = (estimates.Level(l.mean[place], l.variance[place], l.dof[place]) for l in (a, b))
         ratio, half = statistics.ratio(a, b, CONFIDENCE)
         y, x, c = place
         side = 1
         if level == "blocks":
             height, width = self.sides[0].estimate.pixels.mean.shape[:2]
-            side = statistics.block_side(height, width)
+            side = estimates.block_side(height, width)
             y, x = (
                 (i * side + min((i + 1) * side, n) - 1) // 2 for i, n in ((y, height), (x, width))
             )

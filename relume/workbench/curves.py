@@ -163,7 +163,7 @@ def gram(pictures, reference):
 
     Args:
         pictures: (runs, height, width, 3), finite.
-        reference: `statistics.Estimate`.
+        reference: `estimates.Estimate`.
 
     Returns:
         (runs, runs) and a number.

@@ -12,7 +12,7 @@ import numpy as np
 import OpenEXR
 
 from relume.output import replacing
-from relume.workbench.statistics import Estimate, Level, block_means, block_sizes
+from relume.workbench.estimates import Estimate, Level, block_means, block_sizes
 
 LEVELS = ("pixels", "blocks", "whole")
 CHANNELS = "RGB"

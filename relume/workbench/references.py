@@ -13,7 +13,7 @@ from pathlib import Path
 from relume import plugins
 from relume.fingerprint import content_hash, file_hash, versions
 from relume.session import CannotRender
-from relume.workbench import estimate_files, measures, renders, statistics
+from relume.workbench import estimate_files, estimates, measures, renders
 
 RUNS = 32
 """Independent renders of a reference."""
@@ -26,11 +26,11 @@ class Reference:
     """What is known of the picture that a scene should give.
 
     Attributes:
-        estimate: `statistics.Estimate`.
+        estimate: `estimates.Estimate`.
         about: `key`, `method`, `spp` of each run, `runs`, `seed`, `seconds`, `versions`.
     """
 
-    estimate: statistics.Estimate
+    estimate: estimates.Estimate
     about: dict
 
     @property
@@ -73,7 +73,7 @@ def reference(stage, method, spp, folder, *, seed=0, watch=None):
 def rendered(stage, method, spp, seed, watch=None):
     """Render a reference of `RUNS` runs of `spp` samples of a pixel; as `reference`."""
     scene, integrator = stage.load(method)
-    runs, seconds = statistics.Runs(), 0.0
+    runs, seconds = estimates.Runs(), 0.0
     for run in range(RUNS):
         own = renders.own_seed(seed, renders.REFERENCE, run)
         done = renders.render(scene, integrator, spp, own)

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy import special
 
 from relume import translator
 from relume.application import read, ready, resized
 from relume.fingerprint import file_hash
-from relume.workbench import estimate_files, methods, references, statistics
+from relume.workbench import estimate_files, estimates, methods, references, statistics
 from relume.workbench.comparing import render_in_turn
 from relume.workbench.comparison import Side
 
@@ -46,12 +47,12 @@ class Check:
 
     Attributes:
         side: `Side` of the picture.
-        reference: `statistics.Estimate`.
+        reference: `estimates.Estimate`.
         about: how the reference was made.
     """
 
     side: Side
-    reference: statistics.Estimate
+    reference: estimates.Estimate
     about: dict
 
     def scores(self, rate=RATE):
@@ -86,9 +87,9 @@ class Check:
 def _smallest(a, b, threshold):
     """Relative difference of two levels whose score is above `threshold` with power `POWER`."""
     d = statistics.difference(a, b)
-    level = 2 * statistics.NORMAL.cdf(-threshold)
+    level = 2 * special.ndtr(-threshold)
     critical = statistics.half_width(d.variance, d.dof, 1 - level)
-    margin = statistics.NORMAL.inv_cdf(POWER) * np.sqrt(d.variance)
+    margin = special.ndtri(POWER) * np.sqrt(d.variance)
     mean = np.abs(b.mean)
     return np.divide(critical + margin, mean, out=np.full_like(mean, np.inf), where=mean > 0)
 

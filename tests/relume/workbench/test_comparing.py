@@ -16,7 +16,7 @@ import relume
 from relume import output
 from relume.application import CannotRender
 from relume.cli import main
-from relume.workbench import comparing, statistics
+from relume.workbench import comparing, estimates, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import Comparison, Side
 
@@ -196,7 +196,7 @@ def test_neither_side_has_an_advantage_in_the_noise():
     for _ in range(100):
         sides = []
         for name in "ab":
-            runs = statistics.Runs()
+            runs = estimates.Runs()
             for _ in range(4):
                 runs.add(rng.lognormal(sigma=2, size=(8, 8, 3)))
             sides.append(Side(name, runs.estimate(), 4, (1.0,) * 4, 0, 0))

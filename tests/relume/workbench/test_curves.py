@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from relume.workbench import curves, statistics
+from relume.workbench import curves, estimates
 
 SHAPE = (12, 16, 3)
 SPP = np.array([1, 2, 4, 8, 16])
@@ -18,7 +18,7 @@ def truth(rng):
 
 def reference(rng, picture, deviation):
     """An estimate of a picture from 16 noisy ones, whose mean has a relative standard error."""
-    runs = statistics.Runs()
+    runs = estimates.Runs()
     for _ in range(16):
         runs.add(picture * (1 + 4 * deviation * rng.standard_normal(SHAPE)))
     return runs.estimate()

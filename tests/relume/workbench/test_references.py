@@ -11,7 +11,7 @@ import relume
 from relume import translator
 from relume.application import ready, resized
 from relume.session import CannotRender
-from relume.workbench import comparing, estimate_files, methods, references, statistics
+from relume.workbench import comparing, estimate_files, estimates, methods, references
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_broken_files_are_made_anew(made, tmp_path, broken):
         relume.output.write_image(path, np.ones((10, 12, 3)))
     else:
         pixels = first.estimate.pixels
-        level = statistics.Level(pixels.mean, pixels.variance * np.nan, pixels.dof)
+        level = estimates.Level(pixels.mean, pixels.variance * np.nan, pixels.dof)
         spoiled = dataclasses.replace(first.estimate, pixels=level)
         estimate_files.write(path, spoiled, 32, first.about)
     again, rendered = made()
@@ -132,10 +132,10 @@ def test_compare_takes_a_stored_variance_at_its_word(room, made, tmp_path):
     assert [test["counts"] for test in report["tests"]] == [True] * 3
     stored, about = estimate_files.read(path)
     levels = {
-        name: statistics.Level(1.03 * level.mean, level.variance, level.dof)
+        name: estimates.Level(1.03 * level.mean, level.variance, level.dof)
         for name, level in vars(stored).items()
         if name != "lone"
     }
-    estimate_files.write(tmp_path / "brighter.exr", statistics.Estimate(**levels), 32, about)
+    estimate_files.write(tmp_path / "brighter.exr", estimates.Estimate(**levels), 32, about)
     differing = comparing.compare(room(), with_=str(tmp_path / "brighter.exr"), spp=512)
     assert not differing.agree
