@@ -148,7 +148,8 @@ class Runs:
         """
         if self.count < 2:
             raise ValueError(f"{self.count} pictures: a variance needs 2 or more")
-        return Estimate(*(moments.level() for moments in self._levels))
+        pixels, blocks, whole = (moments.level() for moments in self._levels)
+        return Estimate(pixels, blocks, whole)
 
 
 def from_picture(picture: np.ndarray, other: Estimate, step: np.ndarray | float = 0.0) -> Estimate:
@@ -176,7 +177,8 @@ def from_picture(picture: np.ndarray, other: Estimate, step: np.ndarray | float 
     picture = np.asarray(picture, dtype=float)
     shape = picture.shape
     difference = picture - other.pixels.mean
-    sums = count = np.zeros(())
+    sums: Any = 0.0
+    count: Any = 0.0
     for axis in (0, 1):
         steps = np.diff(difference, axis=axis) ** 2 / 2
         pad = [(0, int(a == axis)) for a in (0, 1)]

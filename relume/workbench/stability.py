@@ -1,6 +1,6 @@
 """`relume stability`: every method at the inputs where it may fail, against known answers.
 
-A cell (see `stability_cells`, which tells how to add one) is rendered by `RUNS` independent runs;
+A cell (see `cells`, which says how to add one) is rendered by `RUNS` independent runs;
 if these cannot see an error of `stability_verdict.WANTED`, by more, up to `MOST_RUNS`. When to
 stop depends on the scatter alone. A failure that nothing says, neither a note of the translation
 nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
@@ -30,7 +30,7 @@ from relume.session import CannotRender, Session, reason, two_threads, use_threa
 from relume.workbench import stability_page as page
 from relume.workbench.comparison import versions
 from relume.workbench.methods import METHODS, Stage, find, planned
-from relume.workbench.stability_cells import Case, all_cells
+from relume.workbench.cells import Case, all_cells
 from relume.workbench.stability_verdict import WANTED, Measurement, Tally
 
 RUNS = 16
@@ -74,7 +74,7 @@ def measure(cell, seed=0):
     """Measure one cell.
 
     Args:
-        cell: `stability_cells.Cell`.
+        cell: `cells.Cell`.
         seed: non-negative integer; the same seed gives the same measurement.
 
     Returns:

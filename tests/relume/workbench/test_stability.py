@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from relume.cli import main
 from relume.workbench import stability, stability_page
-from relume.workbench.stability_cells import Case, Cell, Family, all_cells
+from relume.workbench.cells import Case, Cell, Family, all_cells
 from relume.workbench.stability_verdict import NEGLIGIBLE, Measurement, Tally
 
 
