@@ -286,7 +286,7 @@ def compare(scene, out, as_json, **options):
 @click.option("--method", "methods", multiple=True, metavar="ID", help="Only this (repeatable).")
 @click.option(
     "--cell",
-    "patterns",
+    "cells",
     multiple=True,
     metavar="PATTERN",
     help="Only cells such as 'grey ball/*' (repeatable).",
@@ -305,10 +305,10 @@ def stability(as_json, **options):
     with readable_errors():
         found = grid.run(Console(stderr=True), **options)
         if as_json:
-            click.echo(json.dumps(found, indent=1, ensure_ascii=False))
+            click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
             grid.print_report(found, Console())
-        sys.exit(4 if any(cell["silent"] for cell in found["cells"]) else 0)
+        sys.exit(4 if found.silent else 0)
 
 
 @main.command()
@@ -324,6 +324,7 @@ def stability(as_json, **options):
 )
 @click.option(
     "--method",
+    "methods",
     multiple=True,
     metavar="ID",
     help="A method or integrator plugin (repeatable); by default all that can render the scene.",

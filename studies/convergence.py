@@ -13,6 +13,7 @@ import numpy as np
 
 from relume import translator
 from relume.application import prepared, ready, resized
+from relume.options import RenderOptions
 from relume.workbench import charting, measures, methods, references, renders
 from studies import DOCS, SCENES
 from studies.convergence_page import TAIL, write_page
@@ -135,7 +136,7 @@ def measured(cell):
     """The figures of a cell, as JSON values."""
     made, translated = translation(cell, SIZE)
     with ready(translated):
-        stage = methods.Stage(made, translated, asset_path=[SCENES])
+        stage = methods.Stage(made, translated, RenderOptions(asset_path=[SCENES]))
         method = methods.planned(translated)
         by = reference_method(method)
         reference = references.rendered(stage, by, REFERENCE_SPP, SEED).estimate

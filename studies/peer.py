@@ -21,6 +21,7 @@ import numpy as np
 
 from relume import translator
 from relume.application import ready
+from relume.options import RenderOptions
 from relume.workbench import comparing, estimates, measures, methods, renders, statistics
 from relume.workbench.comparison import CONFIDENCE, FALSE_ALARMS, Comparison, Side
 from studies import DOCS, peer_light
@@ -57,7 +58,8 @@ class Case:
         for part, (weight, edit, integrator) in enumerate(parts):
             document, translation = self.staged(edit)
             with ready(translation):
-                stage = methods.Stage(document, translation, "prender", self.asset_path)
+                options = RenderOptions(dialect="prender", asset_path=self.asset_path)
+                stage = methods.Stage(document, translation, options)
                 scene, planned = stage.load(methods.planned(translation))
                 own = integrator(document, translation.scene["integrator"]) or planned
                 for run in range(RUNS):

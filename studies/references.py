@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from relume.workbench import regression
 from relume.workbench.estimates import BLOCKS
-from studies import ROOT, SCENES
+from studies import ROOT, SCENES, regression
 
 FOLDER = ROOT / "tests" / "references"
 LOOSE = 0.05

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from rich.console import Console
@@ -81,6 +82,10 @@ def print_report(report: Report, console: Console) -> None:
         console.print(table)
 
 
+def _mean(channel: int, side: dict[str, Any]) -> str:
+    return _with_error(side["mean"][channel], side["mean_plus_minus"][channel])
+
+
 def _sides(sides: list[dict[str, Any]]) -> list[list[str]]:
     def row(name: str, text: Callable[[dict[str, Any]], str]) -> list[str]:
         return [name, *(text(side) for side in sides)]
@@ -88,7 +93,7 @@ def _sides(sides: list[dict[str, Any]]) -> list[list[str]]:
     channels = [
         row(
             f"mean of {name}",
-            lambda side, c=c: _with_error(side["mean"][c], side["mean_plus_minus"][c]),
+            partial(_mean, c),
         )
         for c, name in enumerate(("red", "green", "blue"))
     ]

@@ -148,7 +148,7 @@ def compare(
     a, b = (side.estimate for side in sides)
     scores = statistics.all_levels(a, b, FALSE_ALARMS)
     flip = measures.flip(a.pixels.mean, b.pixels.mean)
-    return Comparison(tuple(sides), scores, flip, settings)
+    return Comparison((sides[0], sides[1]), scores, flip, settings)
 
 
 def render_in_turn(

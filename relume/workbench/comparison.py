@@ -176,8 +176,32 @@ class Comparison:
             "versions": versions(),
         }
 
+    def __repr__(self) -> str:
+        first, second = (side.name for side in self.sides)
+        scene = self.settings.get("scene", "a scene")
+        return f"<Comparison of {scene}, {first} with {second}: {self.verdict()}>"
+
+    def _repr_png_(self) -> bytes:
+        from relume.workbench import compare_figure, pages
+
+        return pages.png(compare_figure.compare_figure(self))
+
+    def _repr_html_(self) -> str:
+        from relume.workbench import compare_table, pages
+
+        report = self.report()
+        first, second = (side.name for side in self.sides)
+        return pages.summary(
+            f"{report['scene']}: {first} against {second}",
+            self.verdict(),
+            self.agree,
+            self._repr_png_(),
+            compare_table.tables(report),
+            report["notes"],
+        )
+
     def _side(self, side: Side) -> dict[str, Any]:
-        both = sum(other.estimate.pixels.mean for other in self.sides) / 2
+        both = np.mean([other.estimate.pixels.mean for other in self.sides], axis=0)
         noise = measures.noise(side.estimate, both)
         return {
             "name": side.name,

@@ -5,8 +5,8 @@ and the weights w of relMSE,
 
     G_ij = mean(w (I_i - R) (I_j - R)) - mean(w V)
 
-has the expectation bias² for i != j and bias² + variance for i = j: the noise of R is subtracted. So
-the error is the mean of its diagonal and bias² that of the rest, without any assumption on the
+has the expectation bias² for i != j and bias² + variance for i = j: the noise of R is subtracted.
+So the error is the mean of its diagonal and bias² that of the rest, without any assumption on the
 noise: pixels of one picture may depend on each other, as those of Markov chains do. Intervals are
 the jackknife's, over the pictures.
 

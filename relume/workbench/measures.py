@@ -25,8 +25,8 @@ def rel_mse(a: Estimate, reference: Estimate) -> tuple[float, float]:
         reference: `Estimate` of R, with mean m.
 
     Returns:
-        The error as it is, and debiased: the reference's own variance is subtracted from the square,
-        which leaves bias² + variance of I. It may fall below 0 by chance.
+        The error as it is, and debiased: less the reference's own variance, which leaves bias² +
+        variance of I. It may fall below 0 by chance.
     """
     w = weight(reference.pixels.mean)
     square = (a.pixels.mean - reference.pixels.mean) ** 2

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import mitsuba as mi
-from relume.translator import media
+from relume.translator import Document, Translation, media
 from relume.translator.plan import plugin_types
 from relume.translator.scene_values import to_mitsuba
 
@@ -23,7 +23,6 @@ from relume import translator
 from relume.application import integrator_entry, loaded
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
-from relume.translator import Document, Translation
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
 
 MEDIA = {"homogeneous", "heterogeneous"}

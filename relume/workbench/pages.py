@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FOLDER = Path(__file__).parent / "templates"
 
@@ -44,6 +48,13 @@ def filled(template: str, **fields: Any) -> str:
 def asset(name: str) -> Markup:
     """A style or script of `templates`, to stand in a page as it is."""
     return Markup((FOLDER / name).read_text(encoding="utf-8"))
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as the contents of a PNG file."""
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png")
+    return drawn.getvalue()
 
 
 def summary(

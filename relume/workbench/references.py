@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from relume.translator import Translation
+
 from relume import plugins
 from relume.fingerprint import content_hash, file_hash, versions
 from relume.session import CannotRender
-from relume.translator import Translation
 from relume.workbench import estimate_files, estimates, measures, methods, renders
 from relume.workbench.scenes import Progress
 

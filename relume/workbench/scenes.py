@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from relume.translator import Document
+
 from relume.application import read
 from relume.options import RenderOptions
-from relume.translator import Document
 
 Scene: TypeAlias = str | Path | Document
 """The path of a scene file, or what `relume.read` returned."""
 
 Progress: TypeAlias = Callable[[int, int], Any]
 """Called with what is done and with all there is to do; True stops the measurement."""
+
+
+SIDE = 160
+"""Longest side of the picture, unless a size is given [pixel]: errors need no large pictures."""
 
 
 def document_of(scene: Scene) -> Document:
@@ -33,8 +38,9 @@ def name_of(document: Document) -> str:
 
 def notes(document: Document) -> list[str]:
     """What of a translated scene is not rendered as written: a list of sentences."""
-    listed = (line for line in document.lines.all if line.outcome in ("unsupported", "approximated"))
-    return [f"line {x.line}, {x.keyword}: {x.outcome}: {x.note}" for x in listed if x.note]
+    shown = ("unsupported", "approximated")
+    lines = (line for line in document.lines.all if line.outcome in shown and line.note)
+    return [f"line {x.line}, {x.keyword}: {x.outcome}: {x.note}" for x in lines]
 
 
 def option_words(options: RenderOptions, *names: str) -> list[str]:
@@ -54,6 +60,13 @@ def option_words(options: RenderOptions, *names: str) -> list[str]:
 def repeated(option: str, values: Iterable[str]) -> list[str]:
     """Words of a command line for an option that may be repeated."""
     return [word for value in values for word in (option, value)]
+
+
+def reduced(image: Sequence[int]) -> tuple[int, int]:
+    """A size with the shape of `image` and a longer side of at most `SIDE`."""
+    scale = min(1.0, SIDE / max(image))
+    width, height = (max(1, round(scale * side)) for side in image)
+    return width, height
 
 
 def refuse(options: RenderOptions, reasons: dict[str, str]) -> None:

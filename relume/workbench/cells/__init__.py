@@ -10,12 +10,12 @@ function in a module of this package, one for each theme. To add cells write
         scene = text(ball("0 0 0", radius, "color 0.5 0.5 0.5"), camera=(0, 0, 3 * radius), ...)
         return Case(scene, 0.5)
 
-in one of them (a new module is added to `THEMES`). The docstring is the derivation of the answer and
-stands in the report. The function is called when a cell is measured, so it may take its time, such
-as for a quadrature. Scenes are written in the scene language where it has the means, so that the
-translation is measured, too (`scenes.py` helps), else they are dictionaries for `mi.load_dict`. The
-methods are plugin ids: an integrator replaces that of the scene (and takes its depths), any other is
-what the scene is about and is rendered as planned.
+in one of them (a new module is added to `THEMES`). The docstring is the derivation of the answer
+and stands in the report. The function is called when a cell is measured, so it may take its time,
+such as for a quadrature. Scenes are written in the scene language where it has the means, so that
+the translation is measured, too (`scenes.py` helps), else they are dictionaries for `mi.load_dict`.
+The methods are plugin ids: an integrator replaces that of the scene (and takes its depths), any
+other is what the scene is about and is rendered as planned.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ def small_films(side: float) -> Case:
     """As white room: L = 1 / (1 - 0.5) = 2, for films of one pixel and more."""
     walls = box(*diffuse(0.5), emission(1))
     scene = text(*walls, camera=(0, 0, 0.5), angle=60, IMAGE=f"{side} {side}")
-    return Case(scene, 2.0, spp=max(16, 4096 // side**2))
+    return Case(scene, 2.0, spp=max(16, 4096 // int(side) ** 2))
 
 
 @family("radiance of the walls", (0.0, 1e-30, 1e-12, 1e12, 1e30), *CHAINS)
@@ -75,9 +75,10 @@ def found_by_chance(angle: float) -> Case:
 @family("chains", (2, 16, 1024), "pssmlt")
 def few_chains(chains: float) -> Case:
     """As white room: L = 1 / (1 - 0.8) = 5, by two chains and by a thousand."""
+    paths = {"type": "path"}
     scene = {
         "type": "scene",
-        "integrator": {"type": "pssmlt", "chains": chains, "fallback": False},
+        "integrator": {"type": "pssmlt", "chains": chains, "fallback": False, "paths": paths},
         "sensor": camera((0, 0, 0.5), (0, 0, 0), 60),
         "cube": {
             "type": "cube",
@@ -86,5 +87,4 @@ def few_chains(chains: float) -> Case:
             "light": {"type": "area", "radiance": rgb(1.0)},
         },
     }
-    scene["integrator"]["paths"] = {"type": "path"}
     return Case(scene, 5.0, spp=128)

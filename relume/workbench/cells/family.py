@@ -34,7 +34,7 @@ class Case:
     files: Mapping[str, np.ndarray] = field(default_factory=dict)
     spp: int = 64
     variant: str = "llvm_ad_rgb"
-    options: RenderOptions = RenderOptions()
+    options: RenderOptions = field(default_factory=RenderOptions)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ FLOOR = plane((0, 0, 0), (0, 1, 0), *diffuse(0.5))
 BLACK = ("color 0 0 0", "reflection diffuse")
 
 
-def floor_seen(*objects: str, angle: float = 0.5, **keywords: str) -> str:
+def floor_seen(*objects: str, angle: float = 0.5, **keywords: Any) -> str:
     """The floor at the origin, seen from the height 1 and the distance 3 along +Z."""
     return text(FLOOR, *objects, camera=(0, 1, 3), angle=angle, **keywords)
 

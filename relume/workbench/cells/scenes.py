@@ -60,7 +60,9 @@ def sphere(center: Sequence[float], radius: float, *attributes: str) -> str:
     return thing(f"sphere {numbers(*center, radius)}", *attributes)
 
 
-def uvplane(corner: Sequence[float], u: Sequence[float], v: Sequence[float], *attributes: str) -> str:
+def uvplane(
+    corner: Sequence[float], u: Sequence[float], v: Sequence[float], *attributes: str
+) -> str:
     """A parallelogram."""
     return thing(f"uvplane {numbers(*corner)}", f"U {numbers(*u)}", f"V {numbers(*v)}", *attributes)
 

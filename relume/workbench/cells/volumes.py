@@ -6,6 +6,8 @@ phase functions, and where single precision and roulette end.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from relume.workbench.cells.family import Case, family
@@ -17,7 +19,7 @@ CHALK = ("color 1 1 1", "reflection diffuse")
 LAMP = 2.0
 
 
-def coefficients(sigma_s: float, sigma_a: float = 0.0, g: float = 0.0) -> dict[str, str]:
+def coefficients(sigma_s: float, sigma_a: float = 0.0, g: float = 0.0) -> dict[str, Any]:
     """Lines of a medium."""
     s, a = (numbers(sigma, sigma, sigma) for sigma in (sigma_s, sigma_a))
     return {"SCATTERING": f"0\n{s}", "ABSORBING": f"0\n{a}", "PAHASE": numbers(g)}
@@ -83,12 +85,13 @@ def scattered_back(albedo: float) -> float:
     the fixed point of 1/H(m) = sqrt(1 - albedo) + albedo/2 int_0^1 m' H(m') / (m + m') dm'.
     """
     nodes, weights = np.polynomial.legendre.leggauss(64)
-    m, weights = (nodes + 1) / 2, weights / 2
-    absorbed, H = np.sqrt(1 - albedo), np.ones_like(m)
+    m, w = (nodes + 1) / 2, weights / 2
+    absorbed = float(np.sqrt(1 - albedo))
+    H: np.ndarray = np.ones_like(m)
 
     def improved(cos: np.ndarray | float) -> np.ndarray:
         kernel = m / (np.reshape(cos, (-1, 1)) + m)
-        return 1 / (absorbed + albedo / 2 * kernel @ (weights * H))
+        return 1 / (absorbed + albedo / 2 * kernel @ (w * H))
 
     for _ in range(200):
         H = improved(m)

@@ -172,7 +172,7 @@ def test_runs_share_nothing_but_the_scene(room):
 def test_samples_are_those_asked_for_rounded_up_to_whole_runs(room):
     done = []
     found = comparing.compare(
-        room(), size=(8, 6), spp=30, runs=8, watch=lambda *count: done.append(count)
+        room(), size=(8, 6), spp=30, runs=8, progress=lambda *count: done.append(count)
     )
     assert (found.settings["spp"], found.settings["runs"]) == (32, 8)
     assert done == [(k, 8) for k in range(1, 9)]
@@ -180,10 +180,10 @@ def test_samples_are_those_asked_for_rounded_up_to_whole_runs(room):
 
 
 def test_stopping_keeps_the_runs_so_far(room):
-    found = comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 9)
+    found = comparing.compare(room(), size=(8, 6), spp=32, progress=lambda done, _: done == 9)
     assert found.settings["runs"] == 9 and found.settings["spp"] == 9
     with pytest.raises(CannotRender, match="stopped after 7 runs; 8 are needed"):
-        comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 7)
+        comparing.compare(room(), size=(8, 6), spp=32, progress=lambda done, _: done == 7)
 
 
 def test_neither_side_has_an_advantage_in_the_noise():

@@ -36,7 +36,7 @@ def made(stage, tmp_path):
             methods.find("path"),
             spp,
             tmp_path / "cache",
-            watch=lambda done, _: rendered.append(done),
+            progress=lambda done, _: rendered.append(done),
             **options,
         )
         return found, len(rendered)
@@ -87,7 +87,7 @@ def test_broken_files_are_made_anew(made, tmp_path, broken):
 def test_a_reference_that_was_stopped_is_used_but_not_kept(stage, tmp_path):
     def ask(last):
         path = methods.find("path")
-        return references.reference(stage, path, 64, tmp_path, watch=lambda n, _: n == last)
+        return references.reference(stage, path, 64, tmp_path, progress=lambda n, _: n == last)
 
     with pytest.raises(CannotRender, match="stopped after 7 of 32 runs"):
         ask(7)
