@@ -250,6 +250,7 @@ def convert(scene, out, as_python, dialect, asset_path):
     help="The reference: an integrator plugin, or a linear picture (.exr .hdr).",
 )
 @click.option("--integrator", metavar="ID", help="The first side, instead of the planned one.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
 @click.option("--size", type=Size(), help="Size of the picture.")
 @click.option(
@@ -347,6 +348,7 @@ def stability(as_json, **options):
 @click.option("--size", type=Size(), help="Size of the pictures; by default at most 160 across.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")
 @scene_options
 def chart(scenes, out, **options):

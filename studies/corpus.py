@@ -19,7 +19,7 @@ from relume.translator.assets import Assets
 
 import relume
 from relume.workbench import chart_files, chart_table, charting, comparing
-from relume.workbench.compare_page import page
+from relume.workbench.compare_page import page, write_assets
 from studies import DOCS, stand_ins
 
 SCENES = {
@@ -115,6 +115,7 @@ def study_charts(given, remarks):
 
 def study_compare(given, remarks):
     """Compare path or what is planned with volpath; returns the text of README.md."""
+    write_assets(given.out)
     lines = []
     for name in SCENES:
         found = kept(
@@ -127,7 +128,7 @@ def study_compare(given, remarks):
         if not found:
             continue
         print(name, found.verdict(), flush=True)
-        chart_files.write_text(given.out / f"{name}.html", page(found))
+        chart_files.write_text(given.out / f"{name}.html", page(found, linked=True))
         report = found.report()
         first, second = (side["efficiency"] for side in report["sides"])
         mean = max(report["energy"], key=lambda channel: abs(channel["z"]))

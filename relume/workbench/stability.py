@@ -98,7 +98,8 @@ class Stability:
         """How many cells have which verdict, in words."""
         counts = stability_page.counted(self.report()["cells"])
         cells = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
-        return f"{len(self.results)} cells: {cells}"
+        count = len(self.results)
+        return f"{count} {'cell' if count == 1 else 'cells'}: {cells}"
 
     def __repr__(self) -> str:
         return f"<Stability: {self.verdict()}>"

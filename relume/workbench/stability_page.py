@@ -20,6 +20,9 @@ Families: TypeAlias = dict[str, list[CellReport]]
 ROW, LABEL, SQUARE = 0.22, 4.1, 0.55
 """Height of a row, width of its label and of a square [inch]."""
 
+LEGEND_WIDTH = 1.5
+"""Of an entry of the legend [inch]."""
+
 COLUMNS = 2
 """Columns of heat maps."""
 
@@ -73,7 +76,7 @@ def heat_map(cells: Sequence[CellReport]) -> bytes:
         max(len(row) for _, families in blocks for row in families.values()) for blocks in columns
     ]
     heights = [sum(len(families) + 2 for _, families in blocks) for blocks in columns]
-    width = sum(LABEL + SQUARE * n + 0.3 for n in widest)
+    width = max(sum(LABEL + SQUARE * n + 0.3 for n in widest), LEGEND_WIDTH * len(LEGEND) + 0.2)
     height = ROW * (max(heights) + 2)
     figure = Figure(figsize=(width, height), dpi=80)
     FigureCanvasAgg(figure)
@@ -82,7 +85,7 @@ def heat_map(cells: Sequence[CellReport]) -> bytes:
     axes.axis("off")
     x = 0.1
     for k, (name, look) in enumerate(LEGEND):
-        _square(axes, x + 1.5 * k, ROW / 4, 1.45, name, color(look))
+        _square(axes, x + LEGEND_WIDTH * k, ROW / 4, LEGEND_WIDTH - 0.05, name, color(look))
     for blocks, squares in zip(columns, widest, strict=True):
         _blocks(axes, blocks, x)
         x += LABEL + SQUARE * squares + 0.3

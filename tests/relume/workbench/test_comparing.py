@@ -1,10 +1,7 @@
-"""`relume compare`: methods that agree, methods and pictures that do not, its page and its JSON."""
+"""`relume compare`: methods that agree, methods and pictures that do not, its JSON."""
 
-import base64
 import json
 import re
-import zlib
-from html.parser import HTMLParser
 from pathlib import Path
 
 import mitsuba as mi
@@ -205,76 +202,6 @@ def test_neither_side_has_an_advantage_in_the_noise():
         a, b = (side["rel_mse_of_noise"] for side in report["sides"])
         wins += a < b
     assert 27 < wins < 73
-
-
-# ---- the page
-
-
-class Elements(HTMLParser):
-    """Collects the elements of a page and the text of its scripts."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.found, self.scripts = [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        self.found.append((tag, dict(attributes)))
-
-    def handle_data(self, data):
-        if self.found and self.found[-1][0] == "script" and data.strip():
-            self.scripts.append(data)
-
-
-def unpacked(text):
-    return zlib.decompress(base64.b64decode(text))
-
-
-@pytest.fixture
-def compared(room):
-    return comparing.compare(room(name="a & <b>.txt"), size=(20, 12), spp=32)
-
-
-def test_the_page_needs_nothing_but_itself(compared):
-    text = page(compared)
-    elements = Elements(text)
-    for tag, attributes in elements.found:
-        assert tag not in ("link", "iframe", "object", "base")
-        for name in ("src", "href", "srcset", "action"):
-            assert attributes.get(name, "data:").startswith("data:")
-    policy = next(a["content"] for tag, a in elements.found if "http-equiv" in a)
-    assert "default-src 'none'" in policy and "http" not in policy
-    assert not re.search(r"@[A-Z]+@|url\(|@import|fetch\(|https?://", text)
-
-
-def test_the_page_holds_the_pictures_without_loss(compared):
-    """Linear values as half floats: relative error below 2^-11 in the range of normal halves."""
-    elements = Elements(page(compared))
-    data = json.loads(elements.scripts[0])
-    assert (data["width"], data["height"]) == (20, 12)
-    for name, side in zip(("first", "second"), compared.sides, strict=True):
-        high, low = np.frombuffer(unpacked(data["arrays"][name]), np.uint8).reshape(2, -1)
-        stored = (high.astype(np.uint16) << 8 | low).view(np.float16).astype(float)
-        mean = side.estimate.pixels.mean
-        np.testing.assert_allclose(stored.reshape(mean.shape) * data["scale"], mean, rtol=2**-11)
-    assert len(unpacked(data["arrays"]["z"])) == 20 * 12 * 2
-    pictures = [a["src"] for tag, a in elements.found if tag == "img"]
-    for picture in pictures:
-        kind, _, content = picture.partition(",")
-        assert kind == "data:image/jpeg;base64"
-        assert base64.b64decode(content).startswith(b"\xff\xd8\xff")
-    assert len(pictures) == 2
-
-
-def test_the_page_tells_verdict_figures_command_and_versions(compared):
-    text = page(compared)
-    report = compared.report()
-    assert report["text"] in text and "mitsuba" in text and "3.9.1" in text
-    assert "libLLVM" in text and "/libLLVM" not in text
-    assert "--with volpath --size 20x12 --spp 32 --runs 32 --seed 0 --dialect manual" in text
-    assert "a &amp; &lt;b&gt;.txt" in text and "<b>" not in text
-    for figure in ("relMSE, debiased", "HDR-FLIP", "threshold", "efficiency"):
-        assert figure in text
 
 
 # ---- the command
