@@ -104,6 +104,14 @@ def test_references_are_unbiased_and_planned_if_they_can_be(room, cache):
     assert all(row.unbiased for row in methods.METHODS if row.name in ("path", "volpath"))
 
 
+def test_documents_are_charted_and_options_without_meaning_are_refused(room, cache):
+    found = relume.chart(relume.read(room(), {}), methods=("path",), cache=cache, **SMALL)
+    assert found.name == "room" and found.settings["scene"] == str(room())
+    for option in ({"spp": 4}, {"integrator": "path"}):
+        with pytest.raises(ValueError, match=f"{next(iter(option))}: the "):
+            relume.chart(room(), **option)
+
+
 def test_columns_of_the_data(measured):
     text = chart_table.as_csv(chart_table.POINTS, chart_table.points(measured))
     rows = list(csv.DictReader(io.StringIO(text)))

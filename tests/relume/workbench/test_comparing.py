@@ -13,6 +13,7 @@ import relume
 from relume import output
 from relume.application import CannotRender
 from relume.cli import main
+from relume.options import RenderOptions
 from relume.workbench import comparing, estimates, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import Comparison, Side
@@ -257,3 +258,27 @@ def test_errors_are_one_readable_line(invoke, room, words, status, said):
     assert result.stdout == "" and "Traceback" not in result.stderr
     if status == 1:
         assert len(result.stderr.strip().splitlines()) == 1
+
+
+# ---- documents and options
+
+
+def test_a_document_is_compared_as_its_file_is(room):
+    """The same pictures; options are a record, fields of it, or both."""
+    options = RenderOptions(size=(16, 12), spp=16, seed=3)
+    whole = comparing.compare(room(), options, with_="path", runs=8)
+    document = relume.read(room(), {})
+    parts = comparing.compare(document, size=(16, 12), spp=16, seed=3, with_="path", runs=8)
+    changed = comparing.compare(document, options, seed=4, with_="path", runs=8)
+    pictures = [f.sides[0].estimate.pixels.mean for f in (whole, parts, changed)]
+    assert np.array_equal(*pictures[:2]) and not np.array_equal(*pictures[1:])
+    assert parts.settings["scene"] == str(room()) and "--seed 3" in parts.settings["command"]
+    with pytest.raises(TypeError, match="sedd"):
+        comparing.compare(document, sedd=1)
+
+
+def test_the_variant_can_be_chosen(room):
+    """It is told, and the command repeats it."""
+    found = comparing.compare(room(), variant="scalar_rgb", size=(8, 6), spp=8, runs=8)
+    assert found.settings["variant"] == "scalar_rgb"
+    assert "--variant scalar_rgb --dialect manual" in found.settings["command"]

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import relume
+from relume import translator
 from relume.cli import main
+from relume.options import RenderOptions
 from relume.workbench import stability, stability_page
 from relume.workbench.cells import Case, Cell, Family, all_cells
 from relume.workbench.stability_verdict import NEGLIGIBLE, Measurement, RunStatistics
@@ -186,6 +189,71 @@ def test_a_refused_scene_says_so():
     text, plugin = (stability.measure(Cell(row, name, "parallelbeam")) for name in scenes)
     for found, said in ((text, "IMAGE"), (plugin, "must span space")):
         assert found.refused and said in found.said and not found.silent
+
+
+# ---- a given scene
+
+
+SKY = "IMAGE\n320 240\nSAMPLING\n1\nSUPERSAMPLING\n1\nBACKGROUND\n0.2 0.4 0.6\n"
+
+
+@pytest.mark.parametrize(
+    "expected, verdict", [((0.2, 0.4, 0.6), "exact"), ((0.2, 0.39, 0.6), "degrades"),
+                          (0.4, "fails")],
+)  # fmt: skip
+def test_a_given_scene_is_a_cell_for_each_method(expected, verdict):
+    """A sky alone has no noise: an error is what the stated answer is off, over its largest
+    channel, 0.01 / 0.6 of the second, 0.2 / 0.4 of the third."""
+    document = translator.read_text(SKY, "sky.txt", {})
+    found = relume.stability(document, expected=expected, methods=("path", "volpath"), spp=2)
+    assert [cell.name for cell, _ in found.results] == ["path/sky/as given", "volpath/sky/as given"]
+    for _, measured_ in found.results:
+        assert measured_.verdict == verdict
+        assert measured_.samples == 16 * 2 * 160 * 120
+    off = {"exact": 0, "degrades": 0.01 / 0.6, "fails": -0.5}[verdict]
+    assert abs(found.results[0][1].error) == pytest.approx(abs(off), abs=1e-5)
+
+
+def test_by_default_all_methods_that_can_render_the_scene(room):
+    cells = stability.cells_of(relume.read(room(), {}), RenderOptions(), 1.0, ())
+    assert [cell.method for cell in cells][:2] == ["path", "volpath"]
+    assert {"pssmlt", "erpt"} <= {cell.method for cell in cells}
+
+
+def test_a_method_that_does_not_exist_is_refused_and_says_so():
+    document = translator.read_text(SKY, "sky.txt", {})
+    found = relume.stability(document, expected=0.4, methods=("nope",))
+    ((_, measurement),) = found.results
+    assert measurement.refused and "nope" in measurement.said and not found.silent
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ({"expected": 1.0}, "expected: name the scene"),
+        ({"spp": 3}, "spp: the cells of the grid have their own"),
+        ({"scene": True}, "expected None: the mean radiance"),
+        ({"scene": True, "expected": (1, 2)}, "one number or three"),
+        ({"scene": True, "expected": -1}, "the mean radiance"),
+        ({"scene": True, "expected": 1, "cells": ("x",)}, "cells: patterns"),
+        ({"scene": True, "expected": 1, "integrator": "path"}, "integrator: the integrators are"),
+    ],
+)
+def test_what_has_no_meaning_is_refused(arguments, said):
+    if arguments.get("scene"):
+        arguments = arguments | {"scene": translator.read_text(SKY, "sky.txt", {})}
+    with pytest.raises(ValueError, match=said):
+        relume.stability(**arguments)
+
+
+def test_stopping_keeps_the_cells_so_far():
+    done = []
+    found = relume.stability(
+        methods=("path",),
+        cells=("grey ball/*",),
+        progress=lambda *count: done.append(count) or len(done) == 2,
+    )
+    assert len(found.results) == 2 and done == [(1, 11), (2, 11)]
 
 
 # ---- command and page
