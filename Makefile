@@ -38,6 +38,7 @@ test: lint
 TYPES := build/types
 lint: setup
 	$(BIN)/ruff check .
+	$(BIN)/vulture
 	@rm -rf $(TYPES)/relume && mkdir -p $(TYPES)/relume
 	@ln -s $(addprefix $(CURDIR)/,$(wildcard relume/*) $(PACKAGES)) $(TYPES)/relume
 	cd $(TYPES) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml -p relume

@@ -278,7 +278,12 @@ def test_a_document_is_compared_as_its_file_is(room):
 
 
 def test_the_variant_can_be_chosen(room):
-    """It is told, and the command repeats it."""
-    found = comparing.compare(room(), variant="scalar_rgb", size=(8, 6), spp=8, runs=8)
+    """It renders, and the command repeats it."""
+    seen = []
+    small = {"size": (8, 6), "spp": 8, "runs": 8}
+    found = comparing.compare(
+        room(), variant="scalar_rgb", progress=lambda *_: seen.append(mi.variant()), **small
+    )
+    assert set(seen) == {"scalar_rgb"}
     assert found.settings["variant"] == "scalar_rgb"
     assert "--variant scalar_rgb --dialect manual" in found.settings["command"]
