@@ -266,8 +266,8 @@ def measured(path, corpus, assets):
     scene = corpus / settings["scene"]
     if name in STAND_INS and not scene.is_file():
         other, edit = STAND_INS[name]
-        told = json.loads(path.with_name(f"{other}.json").read_text(encoding="utf-8"))
-        scene = corpus / told["scene"]
+        stored = json.loads(path.with_name(f"{other}.json").read_text(encoding="utf-8"))
+        scene = corpus / stored["scene"]
     result = {"name": name, "scene": scene.stem, "spp": settings["samples_per_pixel"]}
     if not scene.is_file():
         return result | {"missing": True}

@@ -50,8 +50,8 @@ def table(scenes):
 # References of the example scenes
 
 Small pictures with the variance of every pixel, block and of the whole, against which
-`tests/relume/test_scenes.py` holds what is rendered today. Each file tells in its attribute
-`relume` how it was made. They are made again, as is this table, by
+`tests/relume/test_scenes.py` holds what is rendered today. The attribute `relume` of each file
+says how it was made. They are made again, as is this table, by
 
     make study-references                    # all of them
     make study-references SCENE=glass.txt    # one

@@ -74,7 +74,7 @@ def run(options):
             for method in METHODS:
                 pictures, seconds = pictures_of(ball(name, radius, method)[0], 128, 4)
                 value, spread = estimate(pictures[:, disk])
-                # What chance adds to the squared difference is known and taken off.
+                # What chance adds to the squared difference is known and subtracted.
                 squares = (value - truth) ** 2 - spread - variance
                 error = np.mean(squares / (truth**2 + 0.01 * truth.mean() ** 2))
                 needed = seconds * noise(pictures[:, disk]) ** 2 / 0.05**2

@@ -134,7 +134,7 @@ def chart(
         reference: the method of the reference; by default an unbiased one, the planned one first.
         cache: folder of references instead of the user's.
         progress: called with a word for what is done, the renders done and all renders; rendering
-            stops if it returns True, and what is whole by then is kept.
+            stops if it returns True, and the rounds that are complete are kept.
         changes: fields of `options` by name.
 
     Raises:

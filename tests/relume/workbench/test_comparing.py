@@ -68,7 +68,7 @@ def test_path_and_volpath_agree(room, chance):
 
 @pytest.mark.false_alarms(1e-3)
 def test_a_method_that_is_2_percent_too_bright_differs(room, brighter, chance):
-    """Found in the mean, whose interval is a quarter of that; what is told covers 2 %."""
+    """Found in the mean, whose interval is a quarter of that; the reported interval covers 2 %."""
     found = comparing.compare(
         room(), with_=brighter, size=(64, 48), spp=256, seed=chance.seed()
     )

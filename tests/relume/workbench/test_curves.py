@@ -75,7 +75,7 @@ def test_slope_of_a_method_that_converges_slower(chance):
 
 
 @pytest.mark.false_alarms(5e-3)
-def test_bias_is_told_apart_from_noise(chance):
+def test_bias_is_distinguished_from_noise(chance):
     """To twice the 95 % interval."""
     made = curve(chance.rng(), bias=0.05)
     b, half = made.bias2()

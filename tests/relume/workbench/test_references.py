@@ -27,7 +27,7 @@ def stage(room):
 
 @pytest.fixture
 def made(stage, tmp_path):
-    """A function that asks for a reference and tells how many runs were rendered for it."""
+    """A function that asks for a reference and says how many runs were rendered for it."""
 
     def ask(spp=64, **options):
         rendered = []

@@ -80,7 +80,7 @@ def test_a_failure_that_is_said_is_not_silent():
     assert not Measurement(error=0.02).silent
 
 
-def test_fireflies_are_told_in_units_of_the_answer():
+def test_fireflies_are_in_units_of_the_answer():
     statistics = RunStatistics(0.5, 0.5)
     for pixel in (0.5, 30.0):
         picture = np.full((4, 4, 3), 0.5)
