@@ -1,30 +1,23 @@
 """`relume stability`: every method at the inputs where it may fail, against known answers.
 
 A cell (see `cells`, which says how to add one) is rendered by `RUNS` independent runs; if these
-cannot see an error of `stability_verdict.WANTED`, by more, up to `MOST_RUNS`. When to stop depends
-on the scatter alone. A failure that nothing announces, neither a note of the translation nor a
-warning nor a refusal, is `silent`, and makes the command end with status 4.
+cannot see an error of `stability_verdict.WANTED`, by more, up to `stability_runs.MOST_RUNS`. When
+to stop depends on the scatter alone. A failure that nothing announces, neither a note of the
+translation nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 import shlex
-import tempfile
-import time
-import warnings
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 from relume.translator import Document
-from relume.translator.diagnostics import SceneError
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
@@ -32,16 +25,14 @@ from rich.table import Table
 from rich.text import Text
 
 from relume import translator
-from relume.application import resized, usable_variant
+from relume.application import resized
 from relume.options import RenderOptions
 from relume.output import check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, Session, reason, two_threads, use_threads, variant
 from relume.workbench import methods as method_table
 from relume.workbench import pages, stability_page
 from relume.workbench.cells import Case, Cell, Family, all_cells
 from relume.workbench.comparison import versions
-from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
 from relume.workbench.scenes import (
     Progress,
     Scene,
@@ -51,19 +42,11 @@ from relume.workbench.scenes import (
     refuse,
     repeated,
 )
-from relume.workbench.stability_verdict import WANTED, Measurement, RunStatistics
-
-RUNS = 16
-"""Independent renders of a cell, at least."""
-
-MOST_RUNS = 256
-"""Runs of a cell after which none is added."""
+from relume.workbench.stability_runs import RUNS, measure
+from relume.workbench.stability_verdict import Measurement
 
 SPP = 16
 """Samples of a pixel in a run of a given scene."""
-
-LIMITS = ("single precision", "below the horizon", "roulette leaves noise", "roulette ends")
-"""Words of notes on translated lines that announce a limit of the renderer."""
 
 GIVEN_BY_CELLS = {
     field.name: "the cells of the grid have their own; name a scene to choose it"
@@ -71,6 +54,9 @@ GIVEN_BY_CELLS = {
     if field.name != "seed"
 }
 """Options that the grid does not take, with the reason."""
+
+MOST_SHOWN = 20
+"""Cells that are not exact which a notebook lists."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +102,6 @@ class Stability:
         return pages.summary(
             "Stability", self.verdict(), not self.silent, self._repr_png_(), [table], shown + more
         )
-
-
-MOST_SHOWN = 20
-"""Cells that are not exact which a notebook lists."""
 
 
 def stability(
@@ -227,129 +209,6 @@ def cells_of(
     name = Path(name_of(document)).stem
     row = Family(name, "", "As it was given.", lambda _: case, ("as given",), names)
     return [Cell(row, value, method) for method in names for value in row.values]
-
-
-def measure(cell: Cell, seed: int = 0) -> Measurement:
-    """Measure one cell.
-
-    Args:
-        cell: what to measure.
-        seed: non-negative integer; the same seed gives the same measurement.
-    """
-    with variant(Case.variant):
-        case = cell.family.make(cell.value)
-    render = _rendered_dictionary if isinstance(case.scene, dict) else _rendered_document
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            return render(case, cell, (seed, zlib.crc32(cell.name.encode())), caught)
-        except (SceneError, CannotRender, ValueError) as error:
-            said = error.described() if isinstance(error, SceneError) else [str(error)]
-            return Measurement(said="; ".join(said), refused=True)
-
-
-def _rendered_document(
-    case: Case, cell: Cell, seed: tuple[int, ...], caught: list[warnings.WarningMessage]
-) -> Measurement:
-    given = isinstance(case.scene, Document)
-    document = _document(case, cell)
-    with tempfile.TemporaryDirectory() as folder:
-        with two_threads():
-            for name, pixels in case.files.items():
-                mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
-        folders = (*case.options.asset_path, folder)
-        options = dataclasses.replace(case.options, asset_path=folders)
-        translation = translator.translate(document, options.dialect, folders)
-        notes = [
-            report.note
-            for report in translation.document.lines.all
-            if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
-        ]
-        with variant(usable_variant(translation.plan, options.variant)):
-            use_threads(translation.document.thread)
-            if given or is_method(cell.method):
-                method = method_table.find(cell.method)
-            else:
-                method = method_table.planned(translation)
-            stage = method_table.Stage(document, translation, options)
-            return _measured(*stage.load(method), case, seed, notes, caught)
-
-
-def _document(case: Case, cell: Cell) -> Document:
-    if isinstance(case.scene, Document):
-        return case.scene
-    return translator.read_text(case.scene, cell.name, {})
-
-
-def _rendered_dictionary(
-    case: Case, cell: Cell, seed: tuple[int, ...], caught: list[warnings.WarningMessage]
-) -> Measurement:
-    with variant(case.variant):
-        use_threads(None)
-        entries: dict[str, Any] = dict(case.scene)  # type: ignore[arg-type]
-        if is_method(cell.method):
-            entries["integrator"] = entries["integrator"] | {"type": cell.method}
-        try:
-            scene = mi.load_dict(entries)
-        except RuntimeError as error:
-            raise CannotRender(reason(error)) from error
-        return _measured(scene, scene.integrator(), case, seed, [], caught)
-
-
-def is_method(name: str) -> bool:
-    """Whether what a cell is measured for is an integrator or another row of `METHODS`."""
-    if any(row.name == name for row in method_table.METHODS):
-        return True
-    try:
-        return isinstance(mi.load_dict({"type": name}), mi.Integrator)
-    except RuntimeError:
-        return False
-
-
-def _measured(
-    scene: MitsubaScene,
-    integrator: MitsubaIntegrator,
-    case: Case,
-    seed: tuple[int, ...],
-    notes: list[str],
-    caught: list[warnings.WarningMessage],
-) -> Measurement:
-    """The measurement of a loaded scene.
-
-    Args:
-        scene: what is rendered.
-        integrator: by which.
-        case: with the known answer.
-        seed: of the cell.
-        notes: what the translation said.
-        caught: warnings so far; it grows.
-    """
-    scale = float(np.max(case.expected)) if case.scale is None else case.scale
-    runs = RunStatistics(case.expected, scale)
-    start = time.perf_counter()
-    wanted = RUNS
-    while True:
-        for run in range(len(runs.means), wanted):
-            own = np.random.SeedSequence((*seed, run)).generate_state(1, np.uint64)
-            session = Session(scene, case.spp, int(own[0]), integrator)
-            for _ in session.run():
-                pass
-            runs.add(session.image())
-        texts = [*notes, *(str(warning.message) for warning in caught)]
-        # A line's note may be several, and lines may share them.
-        said = list(dict.fromkeys(part for text in texts for part in text.split("; ")))
-        if mi.is_spectral and runs.negative:
-            said.append("colours that RGB cannot hold")  # as `relume render` says of its picture
-        found = runs.measurement(
-            samples=len(runs.means) * case.spp * session.width * session.height,
-            seconds=time.perf_counter() - start,
-            said="; ".join(said),
-        )
-        if found.sees <= WANTED or wanted == MOST_RUNS or found.not_finite:
-            return found
-        # The variance of a mean falls with the number of runs.
-        ratio = max(1.3, 1.1 * (found.sees / WANTED) ** 2)
-        wanted = min(math.ceil(wanted * ratio), MOST_RUNS)
 
 
 def report(cell: Cell, found: Measurement) -> dict[str, Any]:
