@@ -10,6 +10,7 @@ relume's plugins under every Mitsuba variant that gets set, before or after::
     scene = relume.load(document)                    # mi.Scene
     found = relume.compare("room.txt", with_="volpath")           # found.verdict(), found.report()
     measured = relume.chart("room.txt", seconds=30)               # measured.curves
+    tested = relume.stability("furnace.txt", expected=1.0)        # tested.verdict()
 
 What a name needs is loaded when it is used first, so that importing relume costs little more than
 importing Mitsuba.
@@ -75,7 +76,7 @@ _HOMES = {
     "read": "relume.application",
     "render": "relume.application",
     "stability": "relume.workbench.stability",
-    "to_dict": "relume.application",
+    "translate": "relume.application",
 }
 
 

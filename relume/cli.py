@@ -162,9 +162,10 @@ def convert(
     metavar="ID|FILE",
     help="The reference: an integrator plugin, or a linear picture (.exr .hdr).",
 )
-@render_option("integrator", help="The first side, instead of the planned one.")
-@render_option("spp", help="Samples of a pixel in all runs together.")
-@render_option("size")
+@click.option("--integrator", metavar="ID", help="The first side, instead of the planned one.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
+@click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
+@click.option("--size", type=Size(), help="Size of the picture.")
 @click.option(
     "--runs",
     type=click.IntRange(min=8),
@@ -199,7 +200,7 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
 @click.option("--method", "methods", multiple=True, metavar="ID", help="Only this (repeatable).")
 @click.option(
     "--cell",
-    "patterns",
+    "cells",
     multiple=True,
     metavar="PATTERN",
     help="Only cells such as 'grey ball/*' (repeatable).",
@@ -218,10 +219,10 @@ def stability(as_json: bool, **options: Any) -> None:
     with readable_errors():
         found = grid.run(Console(stderr=True), **options)
         if as_json:
-            click.echo(json.dumps(found, indent=1, ensure_ascii=False))
+            click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
             grid.print_report(found, Console())
-        sys.exit(4 if any(cell["silent"] for cell in found["cells"]) else 0)
+        sys.exit(4 if found.silent else 0)
 
 
 @main.command()
@@ -237,6 +238,7 @@ def stability(as_json: bool, **options: Any) -> None:
 )
 @click.option(
     "--method",
+    "methods",
     multiple=True,
     metavar="ID",
     help="A method or integrator plugin (repeatable); by default all that can render the scene.",
@@ -259,6 +261,7 @@ def stability(as_json: bool, **options: Any) -> None:
 @render_option("size", help="Size of the pictures; by default at most 160 across.")
 @render_option("seed", help=None)
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")
 @scene_options
 def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:

@@ -1,4 +1,4 @@
-"""Errors of 2 % that tests have to find: see `study_mutations`."""
+"""Errors of 2 % that tests have to find: see `error_injection`."""
 
 from dataclasses import dataclass
 
@@ -75,6 +75,7 @@ lights = of("translator/lights.py", LIGHTS)
 domes = of("translator/environment_maps.py", "translator/test_environment_maps.py")
 bumps = of("translator/bumps.py", "translator/test_bumps.py")
 view = of("translator/camera.py", "translator/test_camera.py")
+estimates = of("relume/workbench/estimates.py", STATISTICS)
 statistics = of("relume/workbench/statistics.py", STATISTICS)
 measures = of("relume/workbench/measures.py", "relume/workbench/test_measures.py")
 
@@ -559,7 +560,7 @@ MUTATIONS = [
         '"focus_distance": 1.02 * abs(focus)}',
     ),
     # ---- workbench
-    statistics("variance of the runs divided by n", "/ ((n - 1) * n)", "/ (n * n)"),
+    estimates("variance of the runs divided by n", "/ ((n - 1) * n)", "/ (n * n)"),
     statistics(
         "standard errors 2 % too small",
         "t = np.divide(d.mean, np.sqrt(d.variance)",
@@ -567,8 +568,8 @@ MUTATIONS = [
     ),
     statistics(
         "score 2 % too high",
-        "(series / b + 1) * np.sqrt(y)",
-        "(series / b + 1) * np.sqrt(y) * 1.02",
+        "return np.sign(t) * z",
+        "return 1.02 * np.sign(t) * z",
     ),
     statistics(
         "threshold for twice as many tests",
@@ -577,15 +578,15 @@ MUTATIONS = [
     ),
     statistics(
         "intervals 2 % too narrow",
-        "return high * np.sqrt(variance)",
-        "return 0.98 * high * np.sqrt(variance)",
+        "(1 - confidence) / 2) * np.sqrt(variance)",
+        "(1 - confidence) / 2) * 0.98 * np.sqrt(variance)",
     ),
     statistics(
         "Welch's degrees of freedom 2 % too many",
         "dof = variance**2 / (",
         "dof = 1.02 * variance**2 / (",
     ),
-    statistics(
+    estimates(
         "noise of a lone picture 2 % too low",
         "noise = np.maximum(sums / count - explained, 0)",
         "noise = 0.96 * np.maximum(sums / count - explained, 0)",

@@ -1,6 +1,6 @@
 """Media against closed forms, at the ends of their ranges, and in a folder of scene files.
 
-    python tests/translator/study_media.py [CORPUS --asset-path ASSETS]
+    python -m studies media [CORPUS --asset-path ASSETS]
 
 prints the tables of `docs/media.md`. All numbers are of picture means with their standard errors
 over eight runs; scenes of the folder that have a medium or subsurface scattering are rendered both
@@ -8,11 +8,8 @@ ways, by the dipole and by simulation, at 64x48 with 64 samples a pixel, or as m
 allows.
 """
 
-import argparse
 import time
 from pathlib import Path
-
-import relume  # isort: skip  chooses LLVM before mitsuba loads
 
 import mitsuba as mi
 import numpy as np
@@ -22,6 +19,10 @@ from relume.session import Session
 from relume.translator import read_text, translate
 from relume.translator.diagnostics import SceneError
 from relume.translator.media import with_method
+
+import relume
+from relume.application import prepared, resized
+from relume.session import Session
 
 RUNS = 8
 SAMPLES = 8
@@ -182,13 +183,14 @@ def folder(path, assets):
             )  # fmt: skip
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+def add_arguments(parser):
     parser.add_argument("corpus", nargs="?", type=Path)
     parser.add_argument("--asset-path", type=Path, action="append", default=[])
-    arguments = parser.parse_args()
-    if arguments.corpus:
-        folder(arguments.corpus, arguments.asset_path)
+
+
+def run(options):
+    if options.corpus:
+        folder(options.corpus, options.asset_path)
     else:
         closed_forms()
         limits()

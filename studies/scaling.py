@@ -1,6 +1,6 @@
 """What passes survive and cost: the figures of docs/scaling.md, printed as Markdown.
 
-    python tests/relume/cluster/study_scaling.py kills|throughput|units|model
+    python -m studies scaling kills|throughput|units|model [NUMBER ...]
 """
 
 import contextlib
@@ -26,10 +26,11 @@ from relume.cluster.farm import Farm
 from relume.loading import open_session, resized
 from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
-from relume.rendering import PassOptions, render_file
-from relume.session import accumulate
+from relume.rendering import render_file
+from relume.session import add_up
+from studies import SCENES
 
-SCENE = Path(__file__).parents[3] / "scenes" / "cornell.txt"
+SCENE = SCENES / "cornell.txt"
 
 
 # ---- 50 renders that are killed
@@ -217,8 +218,16 @@ def model(fixed, per_pixel, rate, network=1.25e9):
         print(f"| {name} | {' | '.join(f'{max(1, np.ceil(n)):.0f}' for n in needed)} |")
 
 
-if __name__ == "__main__":
-    what, *numbers = sys.argv[1:]
-    {"kills": kills, "throughput": throughput, "units": units, "model": model}[what](
-        *map(float if what == "model" else int, numbers)
-    )
+MEASUREMENTS = {"kills": kills, "throughput": throughput, "units": units, "model": model}
+
+
+def add_arguments(parser):
+    parser.add_argument("measurement", choices=MEASUREMENTS)
+    parser.add_argument("numbers", nargs="*", type=float, help="what its function takes, in order")
+
+
+def run(options):
+    numbers = options.numbers
+    if options.measurement != "model":
+        numbers = map(int, numbers)
+    MEASUREMENTS[options.measurement](*numbers)
