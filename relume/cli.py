@@ -165,7 +165,7 @@ def convert(
 @click.option("--integrator", metavar="ID", help="The first side, instead of the planned one.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
-@click.option("--size", type=Size(), help="Size of the picture.")
+@render_option("size")
 @click.option(
     "--runs",
     type=click.IntRange(min=8),

@@ -12,7 +12,7 @@ import json
 import numpy as np
 
 from relume import translator
-from relume.application import prepared, ready, resized
+from relume.loading import open_session, resized, variant_and_threads
 from relume.options import RenderOptions
 from relume.workbench import charting, measures, methods, references, renders
 from studies import DOCS, SCENES
@@ -135,7 +135,7 @@ def reference_method(planned):
 def measured(cell):
     """The figures of a cell, as JSON values."""
     made, translated = translation(cell, SIZE)
-    with ready(translated):
+    with variant_and_threads(translated):
         stage = methods.Stage(made, translated, RenderOptions(asset_path=[SCENES]))
         method = methods.planned(translated)
         by = reference_method(method)

@@ -15,9 +15,8 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-from relume.translator.assets import Assets
-
 import relume
+from relume.translator.assets import Assets
 from relume.workbench import chart_files, chart_table, charting, comparing
 from relume.workbench.compare_page import page, write_assets
 from studies import DOCS, stand_ins

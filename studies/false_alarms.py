@@ -127,7 +127,7 @@ def compare_with_self(scene, count):
     """`AlarmCounts` of the verdict of `relume compare` between a method and itself."""
     counts, rng, pool = AlarmCounts(FALSE_ALARMS), np.random.default_rng(1), []
     document = resized(relume.read(SCENES / f"{scene}.txt"), SIZE, SPP * RUNS)
-    with prepared(translator.translate(document)) as session:
+    with open_session(translator.translate(document)) as session:
         for seed in range(POOL):
             session = Session(session.scene, SPP, seed)
             for _ in session.run():

@@ -16,15 +16,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+import relume
 from relume import translator
 from relume.loading import resized
 from relume.translator.assets import Assets
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
-
-import relume
-from relume import translator
-from relume.application import resized
 from studies import DOCS, stand_ins
 
 FOLDER = DOCS / "gallery"

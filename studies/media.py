@@ -14,15 +14,12 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+import relume
 from relume.loading import open_session, resized
 from relume.session import Session
 from relume.translator import read_text, translate
 from relume.translator.diagnostics import SceneError
 from relume.translator.media import with_method
-
-import relume
-from relume.application import prepared, resized
-from relume.session import Session
 
 RUNS = 8
 SAMPLES = 8

@@ -11,8 +11,8 @@ do wrong does not average out.
 
 import mitsuba as mi
 import numpy as np
-from relume.integrators import pssmlt
 
+from relume.integrators import pssmlt
 from relume.workbench.estimates import Runs
 from relume.workbench.statistics import equal_means, pooled
 from studies import SCENES

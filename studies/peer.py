@@ -20,7 +20,7 @@ import mitsuba as mi
 import numpy as np
 
 from relume import translator
-from relume.application import ready
+from relume.loading import variant_and_threads
 from relume.options import RenderOptions
 from relume.workbench import comparing, estimates, measures, methods, renders, statistics
 from relume.workbench.comparison import CONFIDENCE, FALSE_ALARMS, Comparison, Side
@@ -57,7 +57,7 @@ class Case:
         total = [0] * RUNS
         for part, (weight, edit, integrator) in enumerate(parts):
             document, translation = self.staged(edit)
-            with ready(translation):
+            with variant_and_threads(translation):
                 options = RenderOptions(dialect="prender", asset_path=self.asset_path)
                 stage = methods.Stage(document, translation, options)
                 scene, planned = stage.load(methods.planned(translation))

@@ -26,8 +26,8 @@ from relume.cluster.farm import Farm
 from relume.loading import open_session, resized
 from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
-from relume.rendering import render_file
-from relume.session import add_up
+from relume.rendering import PassOptions, render_file
+from relume.session import accumulate
 from studies import SCENES
 
 SCENE = SCENES / "cornell.txt"

@@ -15,15 +15,15 @@ import time
 
 import mitsuba as mi
 import numpy as np
-from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES
-from relume.integrators.dipole import Leave
-from relume.translator.materials_table import MATERIALS
 
 from relume import (
     bsdfs,  # noqa: F401  registers the plugins
     integrators,  # noqa: F401
 )
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.diffusion import PROFILES
+from relume.integrators.dipole import Leave
+from relume.translator.materials_table import MATERIALS
 from tests.integrators.test_dipole import fresnel, hemispherical, reflectance, rgb
 
 ALPHA = np.array([0.3, 0.8, 0.99])

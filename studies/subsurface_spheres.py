@@ -11,8 +11,8 @@ import math
 
 import mitsuba as mi
 import numpy as np
-from relume.translator.materials_table import MATERIALS
 
+from relume.translator.materials_table import MATERIALS
 from studies.subsurface import (
     METHODS,
     dipole,
@@ -25,8 +25,6 @@ from studies.subsurface import (
     simulated,
     triple,
 )
-
-from relume.translator.materials_table import MATERIALS
 
 BALLS = ("Marble", "Skin1", "Ketchup", "Wholemilk")
 

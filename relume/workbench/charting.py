@@ -15,20 +15,18 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
-from relume.translator import Translation
 
 from relume import translator
-from relume.application import ready, resized
+from relume.loading import SceneSource, document_of, resized, variant_and_threads
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
+from relume.translator import Translation
 from relume.workbench import chart_table, curves, pages, references, renders
 from relume.workbench.comparison import versions
 from relume.workbench.curves import Curve
 from relume.workbench.estimates import Estimate
 from relume.workbench.methods import Method, Stage, chosen, find, methods_for, planned
 from relume.workbench.scenes import (
-    Scene,
-    document_of,
     name_of,
     notes,
     option_words,
@@ -109,7 +107,7 @@ class Chart:
 
 
 def chart(
-    scene: Scene,
+    scene: SceneSource,
     options: RenderOptions | None = None,
     *,
     methods: Sequence[str] = (),
@@ -154,7 +152,7 @@ def chart(
     document = resized(document, options.size or reduced(document.image))
     translation = translator.translate(document, options.dialect, options.asset_path)
     wanted = chosen(translation, methods)
-    with ready(translation, options.variant):
+    with variant_and_threads(translation, options.variant):
         stage = Stage(document, translation, options)
         share = seconds / (runs * max(len(wanted), 1))
         racers, skipped = warmed_up(stage, wanted, share)

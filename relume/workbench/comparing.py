@@ -15,23 +15,23 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.translator.plan import samples
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
 from relume import passes_file, translator
-from relume.application import ready, resized
+from relume.loading import SceneSource, document_of, resized, variant_and_threads
 from relume.options import RenderOptions
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, reason, two_threads, variant
+from relume.session import CannotRender, exr_threads, reason, variant_context
+from relume.translator.plan import samples
 from relume.workbench import estimate_files, estimates, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
 from relume.workbench.estimates import Estimate
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
-from relume.workbench.scenes import Progress, Scene, document_of, name_of, notes, option_words
+from relume.workbench.scenes import Progress, name_of, notes, option_words
 
 RUNS = 32
 FEWEST_RUNS = 8
@@ -40,7 +40,9 @@ FEWEST_RUNS = 8
 PICTURES = (".exr", ".hdr")
 
 
-def run(scene: Scene, out: str | Path | None, console: Console, **arguments: Any) -> Comparison:
+def run(
+    scene: SceneSource, out: str | Path | None, console: Console, **arguments: Any
+) -> Comparison:
     """Compare with a progress bar and write the page.
 
     Args:
@@ -75,7 +77,7 @@ def run(scene: Scene, out: str | Path | None, console: Console, **arguments: Any
 
 
 def compare(
-    scene: Scene,
+    scene: SceneSource,
     options: RenderOptions | None = None,
     *,
     with_: str = "volpath",
@@ -126,7 +128,7 @@ def compare(
     plan, integrator = translation.plan, options.integrator
     first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
-    with ready(translation, options.variant):
+    with variant_and_threads(translation, options.variant):
         stage = methods.Stage(document, translation, options)
         loaded = [(method.name, *stage.load(method)) for method in wanted]
         sides = render_in_turn(loaded, each, runs, seed, progress)

@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import mitsuba as mi
+
+from relume import translator
+from relume.loading import integrator_entry, load_scene
+from relume.options import RenderOptions
+from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
 from relume.translator.plan import plugin_types
 from relume.translator.scene_values import to_mitsuba
-
-from relume import translator
-from relume.application import integrator_entry, loaded
-from relume.options import RenderOptions
-from relume.session import CannotRender, reason
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
 
 MEDIA = {"homogeneous", "heterogeneous"}

@@ -7,17 +7,14 @@ and the versions of what renders it: what is found under that name is the pictur
 
 from __future__ import annotations
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from relume.translator import Translation
-
 from relume import cache, plugins
 from relume.fingerprint import content_hash, file_hash, versions
 from relume.session import CannotRender
+from relume.translator import Translation
 from relume.workbench import estimate_files, estimates, measures, methods, renders
 from relume.workbench.scenes import Progress
 

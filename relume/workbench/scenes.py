@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
 from typing import Any, TypeAlias
 
-from relume.translator import Document
-
-from relume.application import read
 from relume.options import RenderOptions
-
-Scene: TypeAlias = str | Path | Document
-"""The path of a scene file, or what `relume.read` returned."""
+from relume.translator import Document
 
 Progress: TypeAlias = Callable[[int, int], Any]
 """Called with what is done and with all there is to do; True stops the measurement."""
@@ -20,15 +14,6 @@ Progress: TypeAlias = Callable[[int, int], Any]
 
 SIDE = 160
 """Longest side of the picture, unless a size is given [pixel]: errors need no large pictures."""
-
-
-def document_of(scene: Scene) -> Document:
-    """The document of a scene.
-
-    Raises:
-        SceneError: every error in the file, with line and column.
-    """
-    return scene if isinstance(scene, Document) else read(scene)
 
 
 def name_of(document: Document) -> str:

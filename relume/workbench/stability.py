@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from relume.translator import Document
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
@@ -25,18 +24,17 @@ from rich.table import Table
 from rich.text import Text
 
 from relume import translator
-from relume.application import resized
+from relume.loading import SceneSource, document_of, resized
 from relume.options import RenderOptions
 from relume.output import check_writable
 from relume.rendering import interruptible
+from relume.translator import Document
 from relume.workbench import methods as method_table
 from relume.workbench import pages, stability_page
 from relume.workbench.cells import Case, Cell, Family, all_cells
 from relume.workbench.comparison import versions
 from relume.workbench.scenes import (
     Progress,
-    Scene,
-    document_of,
     name_of,
     reduced,
     refuse,
@@ -105,7 +103,7 @@ class Stability:
 
 
 def stability(
-    scene: Scene | None = None,
+    scene: SceneSource | None = None,
     options: RenderOptions | None = None,
     *,
     expected: float | Sequence[float] | None = None,

@@ -13,12 +13,19 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.translator import Document
-from relume.translator.diagnostics import SceneError
 
 from relume import translator
-from relume.application import usable_variant
-from relume.session import CannotRender, Session, reason, two_threads, use_threads, variant
+from relume.loading import usable_variant
+from relume.session import (
+    CannotRender,
+    Session,
+    exr_threads,
+    reason,
+    set_thread_count,
+    variant_context,
+)
+from relume.translator import Document
+from relume.translator.diagnostics import SceneError
 from relume.workbench import methods
 from relume.workbench.cells import Case, Cell
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
@@ -41,7 +48,7 @@ def measure(cell: Cell, seed: int = 0) -> Measurement:
         cell: what to measure.
         seed: non-negative integer; the same seed gives the same measurement.
     """
-    with variant(Case.variant):
+    with variant_context(Case.variant):
         case = cell.family.make(cell.value)
     render = _rendered_dictionary if isinstance(case.scene, dict) else _rendered_document
     with warnings.catch_warnings(record=True) as caught:
@@ -59,7 +66,7 @@ def _rendered_document(
     given = isinstance(case.scene, Document)
     document = _document(case, cell)
     with tempfile.TemporaryDirectory() as folder:
-        with two_threads():
+        with exr_threads():
             for name, pixels in case.files.items():
                 mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
         folders = (*case.options.asset_path, folder)
@@ -70,8 +77,8 @@ def _rendered_document(
             for report in translation.document.lines.all
             if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
         ]
-        with variant(usable_variant(translation.plan, options.variant)):
-            use_threads(translation.document.thread)
+        with variant_context(usable_variant(translation.plan, options.variant)):
+            set_thread_count(translation.document.thread)
             if given or is_method(cell.method):
                 method = methods.find(cell.method)
             else:
@@ -89,8 +96,8 @@ def _document(case: Case, cell: Cell) -> Document:
 def _rendered_dictionary(
     case: Case, cell: Cell, seed: tuple[int, ...], caught: list[warnings.WarningMessage]
 ) -> Measurement:
-    with variant(case.variant):
-        use_threads(None)
+    with variant_context(case.variant):
+        set_thread_count(None)
         assert isinstance(case.scene, dict)
         entries: dict[str, Any] = dict(case.scene)
         if is_method(cell.method):

@@ -272,7 +272,8 @@ def test_progress_is_told_after_each_pass(room, passes_of_one_sample):
     assert 0 < told[0].seconds < told[1].seconds < told[2].seconds
 
 
-def test_progress_as_a_bar_on_standard_error(room, passes_of_one_sample, capsys, monkeypatch):
+@pytest.mark.usefixtures("passes_of_one_sample")
+def test_progress_as_a_bar_on_standard_error(room, capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     relume.render(room(), spp=3, progress=True)
     shown = capsys.readouterr()
@@ -282,7 +283,8 @@ def test_progress_as_a_bar_on_standard_error(room, passes_of_one_sample, capsys,
         assert capsys.readouterr() == ("", "")
 
 
-def test_a_time_limit_gives_the_picture_so_far(room, passes_of_one_sample):
+@pytest.mark.usefixtures("passes_of_one_sample")
+def test_a_time_limit_gives_the_picture_so_far(room):
     """One pass at least; the progress tells how many samples the picture has."""
     told = []
     start = time.perf_counter()

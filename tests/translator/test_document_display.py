@@ -45,7 +45,7 @@ class Cells(HTMLParser):
         self.feed(html)
         assert self.open == []
 
-    def handle_starttag(self, tag, attrs):
+    def handle_starttag(self, tag, _attrs):
         assert tag in ("div", "b", "table", "thead", "tbody", "tr", "th", "td"), tag
         self.open.append(tag)
         if tag == "tr":

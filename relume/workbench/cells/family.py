@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from relume.translator import Document
 
 from relume.options import RenderOptions
+from relume.translator import Document
 
 
 @dataclass(frozen=True)

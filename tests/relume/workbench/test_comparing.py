@@ -13,6 +13,7 @@ import relume
 from relume import output
 from relume.cli import main
 from relume.options import RenderOptions
+from relume.session import CannotRender
 from relume.workbench import comparing, estimates, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import Comparison, Side
