@@ -65,3 +65,23 @@ def power_heuristic(pdf, other):
     a, b = pdf * pdf, other * other
     w = a / (a + b)
     return dr.select(dr.isfinite(w), w, 0)
+
+
+def russian_roulette(throughput, eta, depth, rr_depth, sample):
+    """End dim paths by chance, once they are long, and make up for it in those that go on.
+
+    Args:
+        throughput: ``mi.Spectrum``.
+        eta: ``mi.Float``, product of the relative indices along the path, whose square is no loss.
+        depth: ``mi.UInt32``, length of the path.
+        rr_depth: depth from which paths may end.
+        sample: uniform variate.
+
+    Returns:
+        (throughput, whether the path goes on).
+    """
+    largest = dr.max(throughput)
+    survival = dr.minimum(largest * eta * eta, 0.95)
+    exposed = depth >= rr_depth
+    throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)
+    return throughput, (~exposed | (sample < survival)) & (largest != 0)

@@ -26,6 +26,10 @@ a is the closed form R_d of the standard profile, so that both have the same alb
 distribution F_t of leaving light is normalized, as in the directional one.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import TINY, boundary_factor, diffuse_reflectance, reduced
@@ -106,6 +110,14 @@ def transmitted(cos, eta):
     return 1 - F, dr.abs(cos_t)
 
 
+@dataclass
+class ExitPoint:
+    """Where light leaves the medium: position and normal."""
+
+    p: mi.Point3f
+    n: mi.Normal3f
+
+
 class Standard:
     """The dipole of Jensen et al. 2001.
 
@@ -116,9 +128,6 @@ class Standard:
 
     holds_single_scattering = False
     """Whether the profile has the light that is scattered only once."""
-
-    needs_exit = False
-    """Whether `entering` asks where light leaves."""
 
     def __init__(self, medium, extent):
         _, sigma_t, self.alpha = reduced(medium)
@@ -179,12 +188,12 @@ class Standard:
         return dr.minimum(r, self.r_max)
 
     @staticmethod
-    def entering(medium, leave, si, wi):
+    def entering(medium, leaves, si, wi):
         """Return the rest of the kernel, without the cosine.
 
         Args:
             medium: `relume.bsdfs.subsurface.SubsurfaceMedium`.
-            leave: `Leave`, where the light leaves.
+            leaves: `ExitPoint`, where the light leaves.
             si: where it enters.
             wi: local direction to the light, above the surface.
         """
@@ -225,7 +234,6 @@ class Directional(Standard):
     """The directional dipole of Frisvad et al. 2014; `value` is the standard one's."""
 
     holds_single_scattering = True
-    needs_exit = True
 
     def prepare(self):
         super().prepare()
@@ -238,12 +246,12 @@ class Directional(Standard):
         return mi.Spectrum(1)
 
     @staticmethod
-    def entering(medium, leave, si, wi):
+    def entering(medium, leaves, si, wi):
         _, sigma_t, alpha = reduced(medium)
-        eta, n_i, n_o = medium.eta, si.sh_frame.n, leave.n
+        eta, n_i, n_o = medium.eta, si.sh_frame.n, leaves.n
         F_t, cos_t = transmitted(wi.z, eta)
         w12 = dr.fma(n_i, wi.z / eta - cos_t, -si.to_world(wi) / eta)
-        x = leave.p - si.p
+        x = leaves.p - si.p
         r2 = dr.squared_norm(x)
 
         D = dr.rcp(3 * sigma_t)

@@ -51,29 +51,27 @@ Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering 
     mi.load_dict({'type': 'dipole', 'profile': 'standard', 'max_depth': 16})
 """
 
-from dataclasses import dataclass
-
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.common import choice
 from relume.bsdfs.subsurface import SUBSURFACE
-from relume.integrators.common import path_depths, power_heuristic
-from relume.integrators.diffusion import PROFILES
-from relume.integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
+from relume.integrators.common import path_depths, power_heuristic, russian_roulette
+from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.integrators.media import Media, medium_of
 from relume.integrators.probing import find_entry
+from relume.integrators.vertices import (
+    Interior,
+    at_crossing,
+    at_entry,
+    at_scattering,
+    at_surface,
+    sample_emitter,
+    through_medium,
+)
 
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
 inside from the boundary; runs on from a point inside where it has scattered."""
-
-
-@dataclass
-class Leave:
-    """Where light leaves the medium: position and normal."""
-
-    p: object
-    n: object
 
 
 def define():
@@ -129,10 +127,7 @@ def define():
             delta_prev = mi.Bool(True)
 
             kind = mi.UInt32(SURFACE)
-            within = no_medium()
-            leave = Leave(mi.Point3f(0), mi.Normal3f(0))
-            before = mi.Vector3f(0)  # direction of travel before the path scattered
-            boundary = dr.zeros(mi.ShapePtr)
+            interior = Interior.none()
 
             while dr.hint(active, label="Path tracer with diffusion"):
                 si = pi.compute_surface_interaction(ray, mi.RayFlags.All, active)
@@ -144,17 +139,12 @@ def define():
                 # ------------------------- inside a medium -------------------------
 
                 if dr.hint(media.passable, mode="scalar"):
-                    inner, crossing = active & (kind == INNER), active & (kind == CROSSING)
-                    u = sampler.next_2d()
-                    far = dr.select(valid, si.t, 1e30)
-                    scatters, s, weight = flight(within, β, far, u)
-                    scatters &= inner
-                    x = dr.select(scatters, ray(s), x)
-                    β = dr.select(inner, β * weight, β)
-                    # The way from x is as if straight; its weight so far is that of the phase.
-                    bent = out(within, si, ray.d, before) / phase(within, dr.dot(ray.d, before))
-                    bent = dr.select(valid & (si.shape == boundary), bent, 0)
-                    β = dr.select(crossing, β * bent, β)
+                    inside, crossing = active & (kind == INNER), active & (kind == CROSSING)
+                    scatters, distance, weight = through_medium(
+                        interior, β, ray, si, sampler.next_2d(), inside, crossing
+                    )
+                    x = dr.select(scatters, ray(distance), x)
+                    β *= weight
                     if dr.hint(profile.holds_single_scattering, mode="scalar"):
                         active &= ~scatters
                         scatters = mi.Bool(False)
@@ -178,96 +168,65 @@ def define():
                 smooth = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
                 if dr.hint(not media.mixed, mode="scalar"):
                     smooth &= (bsdf.flags() & SUBSURFACE) == 0
-                active_em = active_next & (entry | scatters | (surface & smooth))
-                vertex = mi.SurfaceInteraction3f(si)
-                vertex.p = x
-                vertex.n = dr.select(scatters, 0, si.n)
-                ds, em_weight = scene.sample_emitter_direction(
-                    vertex, sampler.next_2d(), False, active_em
+                from_x = mi.SurfaceInteraction3f(si)
+                from_x.p = x
+                from_x.n = dr.select(scatters, 0, si.n)
+                light = sample_emitter(
+                    scene,
+                    interior,
+                    from_x,
+                    ray.d,
+                    sampler.next_2d(),
+                    active_next & (entry | scatters | (surface & smooth)),
+                    scatters,
+                    media.passable,
                 )
-                active_em &= ds.pdf != 0
-                shadow = vertex.spawn_ray_to(ds.p)
-                passage = mi.Spectrum(0)
-                if dr.hint(media.passable, mode="scalar"):
-                    from_inside = active_em & scatters
-                    if from_inside:
-                        si_out = scene.ray_intersect(
-                            shadow, mi.RayFlags.All, coherent=False, active=from_inside
-                        )
-                        passage = out(within, si_out, ds.d, ray.d)
-                        from_inside &= si_out.is_valid() & (si_out.shape == boundary)
-                        passage = dr.select(from_inside, passage, 0)
-                        shadow = dr.select(from_inside, si_out.spawn_ray_to(ds.p), shadow)
-                    active_em &= ~scatters | dr.any(passage > 0)
-                active_em &= ~scene.ray_test(shadow, active_em)
 
                 # --------------- evaluation and sampling in one call ---------------
 
-                u1, u2 = sampler.next_1d(), sampler.next_2d()
-                wo = si.to_local(ds.d)
-                f, pdf, bs, weight = bsdf.eval_pdf_sample(
-                    ctx, si, wo, u1, u2, active_next & surface
-                )
+                d, u1, u2 = light.ds.d, sampler.next_1d(), sampler.next_2d()
+                vertex = at_surface(bsdf, ctx, si, d, u1, u2, active_next & surface)
                 if entry:
-                    above = wo.z > 0
-                    f = dr.select(above, profile.entering(within, leave, si, wo) * wo.z, 0)
-                    pdf = dr.select(above, wo.z * dr.inv_pi, 0)
-                    bs.wo = mi.warp.square_to_cosine_hemisphere(u2)
-                    bs.pdf = bs.wo.z * dr.inv_pi
-                    bs.eta = 1
-                    bs.sampled_type = +mi.BSDFFlags.DiffuseReflection
-                    weight = profile.entering(within, leave, si, bs.wo) * dr.pi
-                w = si.to_world(bs.wo)
+                    vertex = at_entry(profile, interior, si, d, u2)
                 if dr.hint(media.passable, mode="scalar"):
-                    f = dr.select(scatters, passage, f)
-                    q = phase_mixture(within, β, dr.dot(ds.d, ray.d))
-                    pdf = dr.select(scatters, q, pdf)
-                    w = dr.select(scatters, sample_phase(within, β, ray.d, u1, u2), w)
-                    w = dr.select(crossing, ray.d, w)
-                    cos = dr.dot(w, ray.d)
-                    q = phase_mixture(within, β, cos)
-                    weight = dr.select(scatters, phase(within, cos) / q, weight)
-                    weight = dr.select(crossing, 1, weight)
-                    bs.pdf = dr.select(scatters, q, bs.pdf)
-                    bs.eta = dr.select(scatters | crossing, 1, bs.eta)
-                    bs.eta = dr.select(crossing, dr.rcp(within.eta), bs.eta)
-                    bs.sampled_type = dr.select(scatters | crossing, 0, bs.sampled_type)
-                mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
-                L[active_em] = dr.fma(β, f * em_weight * mis, L)
+                    within = interior.medium
+                    scattering = at_scattering(within, β, ray.d, d, light.arrives, u1, u2)
+                    vertex = dr.select(scatters, scattering, vertex)
+                    vertex = dr.select(crossing, at_crossing(within, ray.d), vertex)
+                mis = dr.select(light.ds.delta, 1, power_heuristic(light.ds.pdf, vertex.pdf))
+                L[light.active] = dr.fma(β, vertex.f * light.weight * mis, L)
 
                 # ------------------------- next vertex -------------------------
 
-                β *= weight
-                η *= bs.eta
-                goes_in = active_next & surface & ((bs.sampled_type & SUBSURFACE) != 0)
-                diffuses = goes_in & mi.has_flag(bs.sampled_type, mi.BSDFFlags.DiffuseReflection)
-                refracted = mi.has_flag(bs.sampled_type, mi.BSDFFlags.DeltaTransmission)
-                before = dr.select(scatters, ray.d, before)
-                seen |= active_next & ~mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+                β *= vertex.weight
+                η *= vertex.eta
+                chosen = vertex.sampled_type
+                goes_in = active_next & surface & ((chosen & SUBSURFACE) != 0)
+                diffuses = goes_in & mi.has_flag(chosen, mi.BSDFFlags.DiffuseReflection)
+                refracted = mi.has_flag(chosen, mi.BSDFFlags.DeltaTransmission)
+                seen |= active_next & ~mi.has_flag(chosen, mi.BSDFFlags.Null)
                 same_way = crossing | diffuses
-                si_prev = dr.select(same_way, si_prev, mi.Interaction3f(vertex))
-                pdf_prev = dr.select(same_way, pdf_prev, bs.pdf)
+                si_prev = dr.select(same_way, si_prev, mi.Interaction3f(from_x))
+                pdf_prev = dr.select(same_way, pdf_prev, vertex.pdf_w)
                 delta_prev = dr.select(
-                    same_way, delta_prev, mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+                    same_way, delta_prev, mi.has_flag(chosen, mi.BSDFFlags.Delta)
                 )
                 depth[active_next & ~(same_way | (goes_in & refracted))] += 1
-                from_x = mi.Ray3f(x, w, ray.time, ray.wavelengths)
-                ray = dr.select(scatters, from_x, si.spawn_ray(w))
-                kind = dr.select(scatters, mi.UInt32(CROSSING), SURFACE)
-                kind = dr.select(goes_in, dr.select(diffuses, mi.UInt32(ENTRY), INNER), kind)
-                boundary = dr.select(goes_in, si.shape, boundary)
+                interior.before = dr.select(scatters, ray.d, interior.before)
                 if goes_in:
                     inner_bsdf = media.translucent(bsdf)
-                    within = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
+                    interior.medium = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
+                    interior.boundary = si.shape
+                    interior.exit = ExitPoint(mi.Point3f(si.p), mi.Normal3f(si.n))
+                straight = mi.Ray3f(x, vertex.w, ray.time, ray.wavelengths)
+                ray = dr.select(scatters, straight, si.spawn_ray(vertex.w))
+                kind = dr.select(scatters, mi.UInt32(CROSSING), SURFACE)
+                kind = dr.select(goes_in, dr.select(diffuses, mi.UInt32(ENTRY), INNER), kind)
 
                 # ------------------------- roulette -------------------------
 
-                β_max = dr.max(β)
-                survival = dr.minimum(β_max * η * η, 0.95)
-                roulette = depth >= self.rr_depth
-                survives = sampler.next_1d() < survival
-                β[roulette] *= dr.rcp(survival)
-                active = active_next & (~roulette | survives) & (β_max != 0)
+                β, goes_on = russian_roulette(β, η, depth, self.rr_depth, sampler.next_1d())
+                active = active_next & goes_on
 
                 # ------------------------- next hit -------------------------
 
@@ -275,11 +234,11 @@ def define():
                 u1, u2, u3 = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
                 diffuses &= active
                 if diffuses:
-                    found = find_entry(scene, si, profile(within, extent), β, u1, u2, u3, diffuses)
+                    below = profile(interior.medium, extent)
+                    found = find_entry(scene, si, below, β, u1, u2, u3, diffuses)
                     β = β * found.weight
                     ray = found.ray
                     pi = found.pi
-                    leave = Leave(mi.Point3f(si.p), mi.Normal3f(si.n))
                 active &= ~diffuses | dr.any(β > 0)
 
             return L, seen, []

@@ -27,7 +27,7 @@ to differentiate a scene use ``prb``, which treats dispersion without bias, if w
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
-from relume.integrators.common import path_depths, power_heuristic
+from relume.integrators.common import path_depths, power_heuristic, russian_roulette
 
 
 def define():
@@ -128,12 +128,8 @@ def define():
                 delta_prev = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
 
                 depth[si.is_valid()] += 1
-                β_max = dr.max(β)
-                survival = dr.minimum(β_max * η * η, 0.95)
-                roulette = depth >= self.rr_depth
-                survives = sampler.next_1d() < survival
-                β[roulette] *= dr.rcp(survival)
-                active = active_next & (~roulette | survives) & (β_max != 0)
+                β, goes_on = russian_roulette(β, η, depth, self.rr_depth, sampler.next_1d())
+                active = active_next & goes_on
 
             return L, seen, []
 

@@ -59,7 +59,7 @@ def sample_phase(medium, throughput, d, sample1, sample2):
     return mi.Frame3f(d).to_world(mi.Vector3f(sin * cos_phi, sin * sin_phi, cos))
 
 
-def flight(medium, throughput, distance, sample):
+def sample_distance(medium, throughput, distance, sample):
     """Draw where a path inside scatters, with the channels weighed by the throughput.
 
     Args:
@@ -82,7 +82,7 @@ def flight(medium, throughput, distance, sample):
     return scatters, s, dr.select(pdf > 0, weight / dr.select(pdf > 0, pdf, 1), 0)
 
 
-def out(medium, si, w, before):
+def leave_straight(medium, si, w, before):
     """Follow a path that has scattered inside straight out of the boundary.
 
     Args:

@@ -52,7 +52,7 @@ dispersion = of("bsdfs/dispersion.py", f"{DISPERSION}::test_published_indices")
 catcher = of("bsdfs/shadowcatcher.py", "bsdfs/test_shadowcatcher.py")
 translucent = of("bsdfs/subsurface.py", DIPOLE)
 profiles = of("integrators/diffusion.py", DIPOLE)
-dipole = of("integrators/dipole.py", DIPOLE)
+vertices = of("integrators/vertices.py", DIPOLE)
 spot = of("emitters/falloffspot.py", SPOT)
 beam = of("emitters/parallelbeam.py", BEAM)
 area = of("emitters/twosidedarea.py", f"{AREA}::test_shines_where_a_stock_area_light_is_black")
@@ -61,6 +61,7 @@ dome_maps = of("emitters/domemaps.py", f"{DOME}::test_sampling_density")
 dispersive_path = of(
     "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
 )
+roulette = of("integrators/common.py", f"{DISPERSIVE}::test_is_path_without_dispersion")
 chains = of("integrators/markovchains.py", f"{METROPOLIS}::test_constant_radiance")
 steps = of("integrators/primarysamples.py", f"{METROPOLIS}::test_mutations_are_symmetric")
 frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
@@ -246,16 +247,16 @@ MUTATIONS = [
         "return 1.02 * medium.tint * (transmitted(wi.z, medium.eta)[0] * dr.inv_pi)",
         f"{DIPOLE}::test_reflectance_of_a_slab",
     ),
-    dipole(
+    vertices(
         "light that enters 2 % too bright where lamps are sampled",
-        "profile.entering(within, leave, si, wo) * wo.z, 0)",
-        "1.02 * profile.entering(within, leave, si, wo) * wo.z, 0)",
+        "profile.entering(medium, leaves, si, to_light) * to_light.z, 0)",
+        "1.02 * profile.entering(medium, leaves, si, to_light) * to_light.z, 0)",
         f"{DIPOLE}::test_parallel_light_on_a_slab",
     ),
-    dipole(
+    vertices(
         "scattering inside 2 % too bright where lamps are sampled",
-        "f = dr.select(scatters, passage, f)",
-        "f = dr.select(scatters, 1.02 * passage, f)",
+        "f=arrives,",
+        "f=1.02 * arrives,",
         f"{DIPOLE}::test_single_scattering_of_a_slab",
     ),
     # ---- lights
@@ -388,10 +389,10 @@ MUTATIONS = [
         "dr.fma(β, f * em_weight * mis, L)",
         "dr.fma(β, 1.02 * f * em_weight * mis, L)",
     ),
-    dispersive_path(
+    roulette(
         "roulette 2 % too bright",
-        "β[roulette] *= dr.rcp(survival)",
-        "β[roulette] *= 1.02 * dr.rcp(survival)",
+        "throughput * dr.rcp(survival)",
+        "throughput * 1.02 * dr.rcp(survival)",
     ),
     dispersive_path(
         "hero wavelength 2 % too bright",
