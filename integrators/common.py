@@ -1,5 +1,9 @@
 """What several integrators share."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
 import drjit as dr
 import mitsuba as mi
 
@@ -85,3 +89,30 @@ def russian_roulette(throughput, eta, depth, rr_depth, sample):
     exposed = depth >= rr_depth
     throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)
     return throughput, (~exposed | (sample < survival)) & (largest != 0)
+
+
+@dataclass
+class PreviousVertex:
+    """Where a ray comes from, and how it was drawn.
+
+    Attributes:
+        si: ``mi.Interaction3f``.
+        pdf: ``mi.Float``, density of its direction [1/sr].
+        delta: ``mi.Bool``, whether no emitter sample could have drawn it.
+    """
+
+    si: mi.Interaction3f
+    pdf: mi.Float
+    delta: mi.Bool
+
+    @classmethod
+    def camera(cls) -> PreviousVertex:
+        """That of camera rays."""
+        return cls(dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True))
+
+
+def emission(scene, si, previous: PreviousVertex, active):
+    """Return what a ray gets of the emitter that it meets, weighted against emitter sampling."""
+    ds = mi.DirectionSample3f(scene, si, previous.si)
+    pdf = scene.pdf_emitter_direction(previous.si, ds, active & ~previous.delta)
+    return ds.emitter.eval(si, active) * power_heuristic(previous.pdf, pdf)

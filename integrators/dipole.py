@@ -55,7 +55,13 @@ import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.common import choice
 from relume.bsdfs.subsurface import SUBSURFACE
-from relume.integrators.common import path_depths, power_heuristic, russian_roulette
+from relume.integrators.common import (
+    PreviousVertex,
+    emission,
+    path_depths,
+    power_heuristic,
+    russian_roulette,
+)
 from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.integrators.media import Media, medium_of
 from relume.integrators.probing import find_entry
@@ -122,10 +128,7 @@ def define():
             seen = mi.Bool(not self.hide_emitters and scene.environment() is not None)
             pi = self.first_hit(scene, ray, active)
 
-            si_prev = dr.zeros(mi.Interaction3f)
-            pdf_prev = mi.Float(1)
-            delta_prev = mi.Bool(True)
-
+            previous = PreviousVertex.camera()
             kind = mi.UInt32(SURFACE)
             interior = Interior.none()
 
@@ -156,10 +159,7 @@ def define():
                 if dr.hint(self.hide_emitters, mode="scalar"):
                     active &= (depth > 0) | valid | (kind != SURFACE)
                     surface &= active
-                ds = mi.DirectionSample3f(scene, si, si_prev)
-                pdf_em = scene.pdf_emitter_direction(si_prev, ds, surface & ~delta_prev)
-                Le = ds.emitter.eval(si, surface)
-                L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
+                L = dr.fma(β, emission(scene, si, previous, surface), L)
                 active_next = active & (depth + 1 < self.max_depth) & (valid | scatters)
 
                 # ------------------------- emitter sampling -------------------------
@@ -206,11 +206,9 @@ def define():
                 refracted = mi.has_flag(chosen, mi.BSDFFlags.DeltaTransmission)
                 seen |= active_next & ~mi.has_flag(chosen, mi.BSDFFlags.Null)
                 same_way = crossing | diffuses
-                si_prev = dr.select(same_way, si_prev, mi.Interaction3f(from_x))
-                pdf_prev = dr.select(same_way, pdf_prev, vertex.pdf_w)
-                delta_prev = dr.select(
-                    same_way, delta_prev, mi.has_flag(chosen, mi.BSDFFlags.Delta)
-                )
+                delta = mi.has_flag(chosen, mi.BSDFFlags.Delta)
+                here = PreviousVertex(mi.Interaction3f(from_x), vertex.pdf_w, delta)
+                previous = dr.select(same_way, previous, here)
                 depth[active_next & ~(same_way | (goes_in & refracted))] += 1
                 interior.before = dr.select(scatters, ray.d, interior.before)
                 if goes_in:

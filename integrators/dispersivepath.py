@@ -27,7 +27,13 @@ to differentiate a scene use ``prb``, which treats dispersion without bias, if w
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
-from relume.integrators.common import path_depths, power_heuristic, russian_roulette
+from relume.integrators.common import (
+    PreviousVertex,
+    emission,
+    path_depths,
+    power_heuristic,
+    russian_roulette,
+)
 
 
 def define():
@@ -67,9 +73,7 @@ def define():
             dispersed = mi.Bool(False)  # is wavelength 0 the only one left?
             active = mi.Bool(active)
 
-            si_prev = dr.zeros(mi.Interaction3f)
-            pdf_prev = mi.Float(1)
-            delta_prev = mi.Bool(True)
+            previous = PreviousVertex.camera()
 
             while dr.hint(active, label="Dispersive path tracer"):
                 # Embree's coherent traversal gains nothing here and loses a third under `pssmlt`.
@@ -79,13 +83,10 @@ def define():
 
                 # ---------------------------- emission ----------------------------
 
-                ds = mi.DirectionSample3f(scene, si, si_prev)
-                pdf_em = scene.pdf_emitter_direction(si_prev, ds, active & ~delta_prev)
                 shown = mi.Bool(active)
                 if dr.hint(self.min_depth > 1, mode="scalar"):
                     shown &= depth + 1 >= self.min_depth
-                Le = ds.emitter.eval(si, shown)
-                L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
+                L = dr.fma(β, emission(scene, si, previous, shown), L)
                 active_next = active & (depth + 1 < self.max_depth) & si.is_valid()
 
                 # ------------------------- emitter sampling -------------------------
@@ -123,9 +124,8 @@ def define():
                 ray = si.spawn_ray(si.to_world(bs.wo))
                 η *= bs.eta
                 seen |= active & si.is_valid()
-                si_prev = mi.Interaction3f(si)
-                pdf_prev = bs.pdf
-                delta_prev = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+                delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+                previous = PreviousVertex(mi.Interaction3f(si), bs.pdf, delta)
 
                 depth[si.is_valid()] += 1
                 β, goes_on = russian_roulette(β, η, depth, self.rr_depth, sampler.next_1d())

@@ -61,7 +61,7 @@ dome_maps = of("emitters/domemaps.py", f"{DOME}::test_sampling_density")
 dispersive_path = of(
     "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
 )
-roulette = of("integrators/common.py", f"{DISPERSIVE}::test_is_path_without_dispersion")
+shared = of("integrators/common.py", f"{DISPERSIVE}::test_is_path_without_dispersion")
 chains = of("integrators/markovchains.py", f"{METROPOLIS}::test_constant_radiance")
 steps = of("integrators/primarysamples.py", f"{METROPOLIS}::test_mutations_are_symmetric")
 frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
@@ -379,17 +379,17 @@ MUTATIONS = [
         "emitters/test_domemaps.py::test_every_direction_meets_the_nearest_texel",
     ),
     # ---- integrators, camera, session
-    dispersive_path(
+    shared(
         "lamps that rays hit 2 % too bright",
-        "L = dr.fma(β, Le * power_heuristic(",
-        "L = dr.fma(β, 1.02 * Le * power_heuristic(",
+        "return ds.emitter.eval(si, active) * power",
+        "return 1.02 * ds.emitter.eval(si, active) * power",
     ),
     dispersive_path(
         "sampled lamps 2 % too bright",
         "dr.fma(β, f * em_weight * mis, L)",
         "dr.fma(β, 1.02 * f * em_weight * mis, L)",
     ),
-    roulette(
+    shared(
         "roulette 2 % too bright",
         "throughput * dr.rcp(survival)",
         "throughput * 1.02 * dr.rcp(survival)",
