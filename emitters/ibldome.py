@@ -53,6 +53,7 @@ import mitsuba as mi
 import numpy as np
 from relume.emitters.common import sample_side, spawn_ray, sphere_of
 from relume.emitters.domemaps import cell_solid_angles, find_map, texel
+from relume.sensors.colors import LUMINANCE
 
 
 def read_image(props):
@@ -107,7 +108,7 @@ def define():
                 raise ValueError("ibldome: the image has negative or undefined values")
             self.height, self.width = image.shape[:2]
             self.columns, self.rows = max(self.width - 1, 1), max(self.height - 1, 1)
-            luminance = image.astype(np.float64) @ [0.212671, 0.715160, 0.072169]
+            luminance = image.astype(np.float64) @ LUMINANCE
             weight = luminance[::-1][: self.rows, : self.columns] * cell_solid_angles(
                 self.map, self.width, self.height, self.hemisphere
             )

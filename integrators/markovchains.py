@@ -29,14 +29,13 @@ import mitsuba as mi
 import numpy as np
 from relume.integrators.primarysamples import (
     MUTATIONS,
-    PEAK,
     hash_u32,
     key,
-    luminance,
     moved,
     uniform,
 )
 from relume.integrators.uniformsamples import on_film, seeds_of
+from relume.sensors.colors import LUMINANCE, absolute_luminance
 
 STORED = 128
 """Numbers of a state that are kept."""
@@ -113,7 +112,7 @@ def walk_chains(paths, importance, index, half, count, seeds, walk):
     Returns:
         `Walked`.
     """
-    bound = walk.steps * len(index) * PEAK / float(importance.min())
+    bound = walk.steps * len(index) / (min(LUMINANCE) * float(importance.min()))
     units = [2.0 ** np.floor(np.log2(LIMIT / (bound * x))) for x in (walk.share or 1, 1)]
     film = dr.zeros(mi.Int64, LAYERS * paths.pixels * 3)
     inputs = {
@@ -198,7 +197,7 @@ def _walk(
         # ------------------------------ proposal ------------------------------
 
         f_new, pixel_new, drawn_new = paths.trace(number)
-        Y = luminance(f_new)
+        Y = absolute_luminance(f_new)
         I_new = Y * dr.gather(mi.Float, importance, pixel_new)
         a = dr.select(I > 0, dr.minimum(1, I_new / I), 1)
         accept = first | (uniform(keyed, mi.UInt32(ACCEPT)) < a)

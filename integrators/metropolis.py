@@ -37,6 +37,8 @@ class Pilot:
     @classmethod
     def of(cls, paths):
         """The pilot of the paths of a scene."""
+        from scipy.ndimage import gaussian_filter
+
         samples = uniform_samples(paths, PILOT, seed=0)
         Y = samples.luminance
         mean = Y.mean()
@@ -48,23 +50,15 @@ class Pilot:
         hits = np.bincount(samples.pixel, minlength=paths.pixels)
         shape = (paths.height, paths.width)
         sigma = max(shape) / 40
-        rough = blurred(picture.reshape(shape), sigma) / blurred(hits.reshape(shape), sigma)
+        light, count = (
+            gaussian_filter(x.reshape(shape).astype(float), sigma, mode="nearest", truncate=3)
+            for x in (picture, hits)
+        )
+        rough = light / count
         m = np.sqrt(rough**2 + 0.01 * mean**2)
         importance = (m.mean() / m).ravel().astype(np.float32)
         I = Y * importance[samples.pixel]
         return cls(importance, I.mean(), np.mean(I**2) / I.mean() ** 2)
-
-
-def blurred(picture, sigma):
-    """A picture (height, width) under a Gaussian of `sigma` pixels, continued by its edges."""
-    radius = int(np.ceil(3 * sigma))
-    kernel = np.exp(-0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2)
-    kernel /= kernel.sum()
-    for _ in range(2):
-        wide = np.pad(picture, ((0, 0), (radius, radius)), mode="edge")
-        rows = [np.convolve(row, kernel, "valid") for row in wide]
-        picture = np.array(rows).T
-    return picture
 
 
 def resampled(I, chains, u):

@@ -14,6 +14,8 @@ import math
 
 import drjit as dr
 import mitsuba as mi
+from relume.sensors.colors import absolute_luminance
+from relume.sensors.pixelsamples import sample_pixels
 
 BELOW_ONE = 1 - 2.0**-24
 """The largest number that a sampler may return in single precision."""
@@ -117,15 +119,6 @@ def sampler_class(_variant):
     return PrimarySampler
 
 
-def luminance(f):
-    """The scalar contribution of a colour: its luminance, of absolute values, as spectra may give
-    colours that RGB cannot hold. No channel is above `PEAK` times it."""
-    return dr.dot(dr.abs(f), mi.Color3f(0.2126, 0.7152, 0.0722))
-
-
-PEAK = 1 / 0.0722
-
-
 class Paths:
     """The paths that an integrator finds through a sensor.
 
@@ -141,7 +134,6 @@ class Paths:
         self.integrator = integrator
         self.width, self.height = (int(x) for x in sensor.film().crop_size())
         self.pixels = self.width * self.height
-        self.tent = sensor.film().rfilter().class_name() == "TentFilter"
         # Opaque: films of all sizes share a kernel.
         self.size = mi.Vector2f(self.width, self.height)
         self.columns, self.count = mi.UInt32(self.width), mi.UInt32(self.pixels)
@@ -178,22 +170,15 @@ class Paths:
         on_film = mi.Point2f(number(mi.UInt32(0)), number(mi.UInt32(1))) * self.size
         corner = mi.Point2u(on_film)
         in_pixel = on_film - mi.Point2f(corner)
-        if self.tent:
-            in_pixel = 0.5 + 0.5 * mi.warp.square_to_tent(in_pixel)
         sampler = sampler_class(mi.variant())(number, 2)
-        lens = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
-        position = (mi.Point2f(corner) + in_pixel) / self.size
-        ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, lens)
-        medium = self.sensor.get_medium()
-        L, *_ = self.integrator.sample(self.scene, sampler, ray, medium)
-        f = color(mi.unpolarized_spectrum(L * weight), ray)
-        f = dr.select(dr.isfinite(luminance(f)), f, 0)
+        f = sample_pixels(
+            self.scene,
+            self.sensor,
+            self.integrator,
+            sampler,
+            mi.Point2f(corner),
+            in_pixel,
+            self.size,
+        )
+        f = dr.select(dr.isfinite(absolute_luminance(f)), f, 0)
         return f, corner.y * self.columns + corner.x, mi.UInt32(sampler.dimension)
-
-
-def color(L, ray):
-    """Linear RGB of the radiance along a ray."""
-    if mi.is_spectral:
-        return mi.spectrum_to_srgb(L, ray.wavelengths)
-    return mi.Color3f(L[0]) if mi.is_monochromatic else mi.Color3f(L)

@@ -12,7 +12,7 @@ r"""Factor and limit of every sample (`samplescale`)
      - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit.
        (Default: 0)
 
-A sample of radiance :math:`L` and luminance :math:`Y = (0.2126, 0.7152, 0.0722) \cdot L` becomes
+A sample of radiance :math:`L` and luminance :math:`Y` (``mi.luminance``) becomes
 :math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture is
 biased dark.
 

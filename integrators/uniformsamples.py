@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.integrators.primarysamples import key, luminance, uniform
+from relume.integrators.primarysamples import key, uniform
+from relume.sensors.colors import absolute_luminance
 
 STRATUM = 0xFFFFFFF2
 """Dimension of the random number that is no part of a path."""
@@ -81,7 +82,7 @@ def uniform_samples(paths, count, seed):
         half = dr.select(lane < n, mi.UInt32(0), mi.UInt32(1))
         own, position = seeds_of(paths, lane - half * n, half, n, own_seed)
         f, pixel = trace_uniform(paths, own, position)
-        Y = luminance(f)
+        Y = absolute_luminance(f)
         dr.eval(f, pixel, Y)
         colours = np.stack([channel.numpy() for channel in f], axis=-1)
         parts.append((colours, pixel.numpy(), Y.numpy().astype(float)))
@@ -107,7 +108,7 @@ def pixel_means(paths, spp, seed):
         n, own_seed = (dr.opaque(mi.UInt32, x) for x in (size, seed + first))
         own, position = seeds_of(paths, dr.arange(mi.UInt32, size), mi.UInt32(0), n, own_seed)
         f, _ = trace_uniform(paths, own, position)
-        Y = luminance(f)
+        Y = absolute_luminance(f)
         found = [*f, Y, Y * Y]
         dr.eval(found)
         for total, values in zip(sums, found, strict=True):

@@ -69,6 +69,7 @@ mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
 redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
 response = of("integrators/samplescale.py", "integrators/test_samplescale.py")
 camera = of("sensors/screencamera.py", "sensors/test_screencamera.py")
+pixels = of("sensors/pixelsamples.py", "sensors/test_pixelsamples.py")
 session = of("relume/session.py", f"{SESSION}::test_a_sky_alone_is_exact")
 accumulator = of("relume/accumulator.py", f"{SESSION}::test_a_sky_alone_is_exact")
 materials = of("translator/materials.py", GOLDENS)
@@ -472,11 +473,10 @@ MUTATIONS = [
         "self.squares.add(np.float32(0.98) * found.squares)",
         "relume/test_accumulator.py",
     ),
-    session(
+    pixels(
         "tent 2 % too wide",
         "0.5 + 0.5 * mi.warp",
         "0.5 + 0.51 * mi.warp",
-        f"{SESSION}::test_the_tent_reaches_to_the_edges_of_the_pixel",
     ),
     # ---- translation
     materials(
