@@ -4,6 +4,7 @@ import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import component, pick, transmitted
+from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
 MAX_G = 0.999
 """Largest |g| of the phase function: beyond, its peak exceeds what float32 resolves."""
@@ -29,8 +30,7 @@ def phase(medium, cos):
         cos: cosine between the directions of travel before and after.
     """
     g = clamped(medium.g)
-    square = dr.maximum(dr.fma(g, g - 2 * cos, 1), 1e-7)
-    return 0.25 * dr.inv_pi * (1 - g * g) / (square * dr.sqrt(square))
+    return mi.Spectrum(henyey_greenstein(g, 1 - dr.mulsign(mi.Spectrum(cos), g)))
 
 
 def phase_mixture(medium, throughput, cos):
@@ -51,9 +51,7 @@ def sample_phase(medium, throughput, d, sample1, sample2):
     """
     channel, _ = pick(throughput, sample1)
     g = component(clamped(medium.g), channel)
-    x = (1 - g * g) / (1 - g + 2 * g * sample2.x)
-    steep = (1 + g * g - x * x) / dr.select(g == 0, 1, 2 * g)
-    cos = dr.clip(dr.select(dr.abs(g) < 1e-3, 1 - 2 * sample2.x, steep), -1, 1)
+    cos = dr.mulsign(1 - sample_henyey_greenstein(g, sample2.x), g)
     sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
     sin = dr.safe_sqrt(1 - cos * cos)
     return mi.Frame3f(d).to_world(mi.Vector3f(sin * cos_phi, sin * sin_phi, cos))

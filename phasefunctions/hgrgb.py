@@ -33,6 +33,7 @@ g < 0 the same with -cos theta):
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
 BLUE, GREEN, RED = 464.0, 549.0, 611.0
 """Dominant wavelengths of the primaries of sRGB [nm]."""
@@ -43,7 +44,7 @@ its weight in multiple importance sampling is 1, and with a square that single p
 
 
 def toward(wi, g):
-    """Return the direction that g > 0 favours: straight on for light that arrives from `wi`."""
+    """Return the direction that g favours: straight on, for g >= 0, or back to `wi`."""
     return dr.select(g >= 0, -wi, wi)
 
 
@@ -78,13 +79,9 @@ def define():
 
         def lobe(self, g, wi, wo):
             """Return p for one channel, 0 for a Dirac lobe."""
-            # x = 1 - |cos|, free of cancellation: d^2 = 1 + g^2 - 2 g cos = (1 - |g|)^2 + 2 |g| x.
+            # 1 - |cos|, free of cancellation.
             x = 0.5 * dr.squared_norm(wo - toward(wi, g))
-            a = dr.abs(g)
-            d2 = dr.fma(2 * a, x, dr.square(1 - a))
-            smooth = a < 1
-            d2 = dr.select(smooth, d2, 1)
-            return dr.select(smooth, (1 - a) * (1 + a) * dr.inv_four_pi / (d2 * dr.sqrt(d2)), 0)
+            return henyey_greenstein(g, x)
 
         def values(self, gs, wi, wo):
             """Return p of every channel and their mean, the density of sampling."""
@@ -102,9 +99,7 @@ def define():
             g = gs[0]
             for k in range(1, n):
                 g = dr.select(chosen == k, gs[k], g)
-            a, xi = dr.abs(g), sample2.x
-            x = 2 * xi * dr.square(1 - a) * dr.fma(-a, xi, 1 + a)
-            x /= dr.square(dr.maximum(dr.fma(-2 * a, xi, 1 + a), 1e-20))
+            x = sample_henyey_greenstein(g, sample2.x)
             sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
             sin = dr.safe_sqrt(x * (2 - x))
             wo = mi.Frame3f(toward(mei.wi, g)).to_world(
@@ -112,7 +107,7 @@ def define():
             )
             p, pdf = self.values(gs, mei.wi, wo)
             # All channels with the same Dirac lobe share its samples.
-            delta = a == 1
+            delta = dr.abs(g) == 1
             same = [dr.select(other == g, mi.Float(1), 0) for other in gs]
             share = sum(same) / n
             pdf = dr.select(pdf > 0, pdf, 1)
