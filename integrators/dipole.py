@@ -211,10 +211,10 @@ def define():
                 previous = dr.select(same_way, previous, here)
                 depth[active_next & ~(same_way | (goes_in & refracted))] += 1
                 interior.before = dr.select(scatters, ray.d, interior.before)
+                interior.boundary = dr.select(goes_in, si.shape, interior.boundary)
                 if goes_in:
                     inner_bsdf = media.translucent(bsdf)
                     interior.medium = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
-                    interior.boundary = si.shape
                     interior.exit = ExitPoint(mi.Point3f(si.p), mi.Normal3f(si.n))
                 straight = mi.Ray3f(x, vertex.w, ray.time, ray.wavelengths)
                 ray = dr.select(scatters, straight, si.spawn_ray(vertex.w))
