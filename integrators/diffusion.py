@@ -34,7 +34,7 @@ import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import TINY, boundary_factor, diffuse_reflectance, reduced
 
-TAIL = 1e-3
+TRUNCATED_SHARE = 1e-3
 """Share of the light, at most, that a search without a radius of its own leaves out."""
 
 
@@ -66,7 +66,7 @@ def component(spectrum, channel):
     return result
 
 
-def pick(weights, sample):
+def sample_channel(weights, sample):
     """Draw a channel in proportion to `weights`, a spectrum.
 
     Returns:
@@ -104,7 +104,7 @@ def polynomial(x, coefficients):
     return result
 
 
-def transmitted(cos, eta):
+def fresnel_transmission(cos, eta):
     """Return (Fresnel's F_t from outside, cosine inside)."""
     F, cos_t, _, _ = mi.fresnel(cos, eta)
     return 1 - F, dr.abs(cos_t)
@@ -126,7 +126,7 @@ class Standard:
         extent: largest distance in the scene [scene unit].
     """
 
-    holds_single_scattering = False
+    includes_single_scattering = False
     """Whether the profile has the light that is scattered only once."""
 
     def __init__(self, medium, extent):
@@ -138,7 +138,9 @@ class Standard:
         self.z_r = dr.rcp(sigma_t)
         self.z_v = self.z_r * (1 + 4 / 3 * A)
         # Both bounds of the tail: that of the distance and that of absorption.
-        reach = dr.minimum(self.z_v / TAIL, self.z_v - dr.log(TAIL) / self.sigma_tr)
+        reach = dr.minimum(
+            self.z_v / TRUNCATED_SHARE, self.z_v - dr.log(TRUNCATED_SHARE) / self.sigma_tr
+        )
         reach = dr.max(dr.select(self.alpha > 0, reach, 0))
         self.r_max = dr.minimum(dr.select(medium.r_max > 0, medium.r_max, reach), extent)
         self.prepare()
@@ -197,13 +199,13 @@ class Standard:
             si: where it enters.
             wi: local direction to the light, above the surface.
         """
-        return medium.tint * (transmitted(wi.z, medium.eta)[0] * dr.inv_pi)
+        return medium.tint * (fresnel_transmission(wi.z, medium.eta)[0] * dr.inv_pi)
 
 
 class Normalized(Standard):
     """The fit of Christensen and Burley 2015."""
 
-    holds_single_scattering = True
+    includes_single_scattering = True
 
     def prepare(self):
         s = 1.85 - self.R_d + 7 * dr.power(dr.abs(self.R_d - 0.8), 3)
@@ -233,7 +235,7 @@ class Normalized(Standard):
 class Directional(Standard):
     """The directional dipole of Frisvad et al. 2014; `value` is the standard one's."""
 
-    holds_single_scattering = True
+    includes_single_scattering = True
 
     def prepare(self):
         super().prepare()
@@ -249,7 +251,7 @@ class Directional(Standard):
     def entering(medium, leaves, si, wi):
         _, sigma_t, alpha = reduced(medium)
         eta, n_i, n_o = medium.eta, si.sh_frame.n, leaves.n
-        F_t, cos_t = transmitted(wi.z, eta)
+        F_t, cos_t = fresnel_transmission(wi.z, eta)
         w12 = dr.fma(n_i, wi.z / eta - cos_t, -si.to_world(wi) / eta)
         x = leaves.p - si.p
         r2 = dr.squared_norm(x)

@@ -63,8 +63,8 @@ from relume.integrators.common import (
     russian_roulette,
 )
 from relume.integrators.diffusion import PROFILES, ExitPoint
-from relume.integrators.media import Media, medium_of
 from relume.integrators.probing import find_entry
+from relume.integrators.translucentmaterials import TranslucentMaterials, medium_of
 from relume.integrators.vertices import (
     Interior,
     at_crossing,
@@ -96,10 +96,10 @@ def define():
             )
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
-            media = Media(scene)
-            if not media:
+            materials = TranslucentMaterials(scene)
+            if not materials:
                 return self.path.sample(scene, sampler, ray, medium, active)
-            return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active), media)
+            return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active), materials)
 
         def first_hit(self, scene, ray, active):
             """Return what a camera ray meets, behind the emitters if they are hidden."""
@@ -114,7 +114,7 @@ def define():
             return pi
 
         @dr.syntax
-        def trace(self, scene, sampler, ray, active, media):
+        def trace(self, scene, sampler, ray, active, materials):
             profile = PROFILES[self.profile]
             extent = mi.Float(2 * scene.bbox().bounding_sphere().radius)
             dr.make_opaque(extent)
@@ -141,14 +141,14 @@ def define():
 
                 # ------------------------- inside a medium -------------------------
 
-                if dr.hint(media.passable, mode="scalar"):
+                if dr.hint(materials.refract, mode="scalar"):
                     inside, crossing = active & (kind == INNER), active & (kind == CROSSING)
                     scatters, distance, weight = through_medium(
                         interior, β, ray, si, sampler.next_2d(), inside, crossing
                     )
                     x = dr.select(scatters, ray(distance), x)
                     β *= weight
-                    if dr.hint(profile.holds_single_scattering, mode="scalar"):
+                    if dr.hint(profile.includes_single_scattering, mode="scalar"):
                         active &= ~scatters
                         scatters = mi.Bool(False)
 
@@ -166,7 +166,7 @@ def define():
 
                 bsdf = si.bsdf(ray)
                 smooth = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-                if dr.hint(not media.mixed, mode="scalar"):
+                if dr.hint(not materials.has_blends, mode="scalar"):
                     smooth &= (bsdf.flags() & SUBSURFACE) == 0
                 from_x = mi.SurfaceInteraction3f(si)
                 from_x.p = x
@@ -179,7 +179,7 @@ def define():
                     sampler.next_2d(),
                     active_next & (entry | scatters | (surface & smooth)),
                     scatters,
-                    media.passable,
+                    materials.refract,
                 )
 
                 # --------------- evaluation and sampling in one call ---------------
@@ -188,7 +188,7 @@ def define():
                 vertex = at_surface(bsdf, ctx, si, d, u1, u2, active_next & surface)
                 if entry:
                     vertex = at_entry(profile, interior, si, d, u2)
-                if dr.hint(media.passable, mode="scalar"):
+                if dr.hint(materials.refract, mode="scalar"):
                     within = interior.medium
                     scattering = at_scattering(within, β, ray.d, d, light.arrives, u1, u2)
                     vertex = dr.select(scatters, scattering, vertex)
@@ -213,7 +213,7 @@ def define():
                 interior.before = dr.select(scatters, ray.d, interior.before)
                 interior.boundary = dr.select(goes_in, si.shape, interior.boundary)
                 if goes_in:
-                    inner_bsdf = media.translucent(bsdf)
+                    inner_bsdf = materials.translucent(bsdf)
                     interior.medium = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
                     interior.exit = ExitPoint(mi.Point3f(si.p), mi.Normal3f(si.n))
                 straight = mi.Ray3f(x, vertex.w, ray.time, ray.wavelengths)

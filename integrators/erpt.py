@@ -37,8 +37,8 @@ a limit of consecutive rejections, as in the paper's filters, would darken the p
 
 import mitsuba as mi
 import numpy as np
-from relume.integrators.markovchains import Walk, walk_chains
-from relume.integrators.metropolis import effective, metropolis_class, resampled
+from relume.integrators.markovchains import ChainParameters, run_chains
+from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
 
 
 def define():
@@ -51,19 +51,21 @@ def define():
             if self.length < 1:
                 raise ValueError(f"length is {self.length}, but must be 1 or more")
 
-        def picture(self, paths, pilot, rng, spp):
-            """The mean of a render: (pixels, 3)."""
+        def render_chains(self, paths, pilot, rng, spp):
+            """Render what the chains find: mean colours (pixels, 3)."""
             seeds = self.seeds(rng)
             chains = max(1, round(spp * paths.pixels / self.length))
-            _, I = self.boot(paths, pilot, seeds[0], spp)
+            _, I = self.bootstrap_samples(paths, pilot, seeds[0], spp)
             if not I.any():
                 return np.zeros((paths.pixels, 3))
-            half, index = np.divmod(resampled(I.ravel(), chains, rng.random()), I.shape[1])
-            walk = Walk(self.length, 0.0, self.mutation, self.s1, self.s2)
-            walked = walk_chains(paths, pilot.importance, index, half, I.shape[1], seeds, walk)
-            self.tally.add_walked(walked, chains * self.length)
-            self.tally.seeds += effective(I.ravel(), chains)
-            return walked.film.sum(0) * (I.mean() * paths.pixels / (chains * self.length))
+            count = I.shape[1]
+            start = systematic_resampling(I.ravel(), chains, rng.random())
+            half, index = np.divmod(start, count)
+            parameters = ChainParameters(self.length, 0.0, self.mutation, self.s1, self.s2)
+            found = run_chains(paths, pilot.importance, index, half, count, seeds, parameters)
+            self.statistics.add_chains(found, chains * self.length)
+            self.statistics.seeds += effective_seeds(I.ravel(), chains)
+            return found.film.sum(0) * (I.mean() * paths.pixels / (chains * self.length))
 
         def to_string(self):
             return f"ERPT[{self.length} x {self.mutation}, {self.nested}]"

@@ -21,7 +21,8 @@ BELOW_ONE = 1 - 2.0**-24
 """The largest number that a sampler may return in single precision."""
 
 
-def half_mixed(x):
+def half_hash(x):
+    """The first of the two rounds of `hash_u32`."""
     x = x ^ (x >> 16)
     x = x * 0x7FEB352D
     return x ^ (x >> 15)
@@ -29,7 +30,7 @@ def half_mixed(x):
 
 def hash_u32(x):
     """A permutation of the 32-bit integers: every bit of the result depends on every bit of `x`."""
-    x = half_mixed(x) * 0x846CA68B
+    x = half_hash(x) * 0x846CA68B
     return x ^ (x >> 16)
 
 
@@ -49,7 +50,7 @@ def key(index, seed):
 
 def uniform(key, dimension):
     """The random number in [0, 1) of a key and a dimension (`mi.UInt32`)."""
-    x = half_mixed(key[0] + dimension * 0x9E3779B9) ^ key[1]
+    x = half_hash(key[0] + dimension * 0x9E3779B9) ^ key[1]
     x = x * 0x846CA68B
     return mi.Float((x ^ (x >> 16)) >> 8) * 2.0**-24
 
@@ -63,7 +64,7 @@ def kelemen(r, _, s1, s2):
 def mixed_sizes(r, q, s1, s2):
     """`kelemen`, or with probability 1/2 an offset up to a size that is the same for all numbers.
 
-    A path that bears small changes alone is left only if all of its numbers move little at once.
+    Some bright paths survive only small changes: all of their numbers have to move little at once.
     """
     size = s2 * dr.exp(-math.log(s2 / s1) * 2 * q)
     return dr.select(q < 0.5, (2 * r - 1) * size, kelemen(r, q, s1, s2))
@@ -90,8 +91,8 @@ MUTATIONS = {
 offset follows from a number in [0, 1) of its own and one of the whole step."""
 
 
-def moved(u, offset):
-    """A number moved by an offset on the circle of circumference 1."""
+def perturb(u, offset):
+    """Move a number by an offset on the circle of circumference 1."""
     u = u + offset
     return dr.minimum(u - dr.floor(u), BELOW_ONE)
 
@@ -119,8 +120,8 @@ def sampler_class(_variant):
     return PrimarySampler
 
 
-class Paths:
-    """The paths that an integrator finds through a sensor.
+class PathSampler:
+    """Traces the paths that an integrator finds through a sensor.
 
     Args:
         scene: `mi.Scene`.
@@ -136,10 +137,10 @@ class Paths:
         self.pixels = self.width * self.height
         # Opaque: films of all sizes share a kernel.
         self.size = mi.Vector2f(self.width, self.height)
-        self.columns, self.count = mi.UInt32(self.width), mi.UInt32(self.pixels)
-        dr.make_opaque(self.size, self.columns, self.count)
+        self.columns, self.pixel_count = mi.UInt32(self.width), mi.UInt32(self.pixels)
+        dr.make_opaque(self.size, self.columns, self.pixel_count)
 
-    def stratum(self, i, n, jitter, u):
+    def film_position(self, i, n, jitter, u):
         """Film position of sample `i` of `n` that are spread evenly over the pixels.
 
         Args:
@@ -151,8 +152,8 @@ class Paths:
         Returns:
             `mi.Point2f` in [0, 1)².
         """
-        place = (mi.Float64(i) + mi.Float64(jitter)) * mi.Float64(self.count) / mi.Float64(n)
-        pixel = dr.minimum(mi.UInt32(place), self.count - 1)
+        place = (mi.Float64(i) + mi.Float64(jitter)) * mi.Float64(self.pixel_count) / mi.Float64(n)
+        pixel = dr.minimum(mi.UInt32(place), self.pixel_count - 1)
         y = pixel // self.columns
         x = pixel - y * self.columns
         return dr.minimum((mi.Point2f(x, y) + u) / self.size, BELOW_ONE)

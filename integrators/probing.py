@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
-from relume.integrators.diffusion import pick
+from relume.integrators.diffusion import sample_channel
 
 AXES = (0.5, 0.25, 0.25)
 """Probabilities of the normal and the two tangents."""
@@ -76,7 +76,7 @@ def find_entry(scene, si, profile, throughput, sample1, sample2, sample3, active
     Returns:
         `Entry`; its weight is 0 where no point was found.
     """
-    channel, p_channel = pick(throughput * profile.R_d, sample1.x)
+    channel, p_channel = sample_channel(throughput * profile.R_d, sample1.x)
     frame, disk = choose_axis(si.n, sample1.y)
     r = profile.sample_radius(channel, sample2.x)
     sin, cos = dr.sincos(dr.two_pi * sample2.y)

@@ -79,17 +79,17 @@ bright path show as bright pixels; `docs/metropolis.md` tells how many.
 
 import mitsuba as mi
 import numpy as np
-from relume.integrators.markovchains import Walk, walk_chains
-from relume.integrators.metropolis import effective, metropolis_class, resampled
+from relume.integrators.markovchains import ChainParameters, run_chains
+from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
 
-SHORTEST = 64
-"""A chain walks at least as many steps, or there are fewer chains."""
+MIN_CHAIN_LENGTH = 64
+"""Least steps of a chain; short renders have fewer chains."""
 
-CALM = 12.0
-"""Below this mean square of I over b², plain sampling is left to do the work."""
+MIN_SECOND_MOMENT = 12.0
+"""Below this mean square of I over b², independent samples do better than chains."""
 
-SURE = 16
-"""A sample corrects b by no more than b over this, so that 4 standard deviations stay above 0."""
+MAX_SHARE = 1 / 16
+"""Most that one sample corrects b by, in units of b, so that 4 standard deviations stay above 0."""
 
 
 def define():
@@ -106,41 +106,42 @@ def define():
             if self.chains < 2:
                 raise ValueError(f"chains is {self.chains}, but must be 2 or more")
 
-        def why_plain(self, pilot):
-            calm = self.fallback and pilot.spread < CALM
-            return super().why_plain(pilot) or (calm and "paths are about equally bright") or ""
+        def fallback_reason(self, pilot):
+            reason = super().fallback_reason(pilot)
+            if not reason and self.fallback and pilot.second_moment < MIN_SECOND_MOMENT:
+                reason = "paths are about equally bright"
+            return reason
 
-        def picture(self, paths, pilot, rng, spp):
-            """The mean of a render: (pixels, 3)."""
+        def render_chains(self, paths, pilot, rng, spp):
+            """Render what the chains find: mean colours (pixels, 3)."""
             seeds = self.seeds(rng)
             mutations = spp * paths.pixels
-            chains = min(self.chains, max(2, mutations // SHORTEST)) // 2 * 2
+            chains = min(self.chains, max(2, mutations // MIN_CHAIN_LENGTH)) // 2 * 2
             steps = max(1, round(mutations / chains))
             n_c = chains * steps
-            samples, I = self.boot(paths, pilot, seeds[0], spp)
+            samples, I = self.bootstrap_samples(paths, pilot, seeds[0], spp)
             count = I.shape[1]
             c = pilot.b * (I.size + self.p_large * n_c) / n_c
 
             # -------------------------- chains --------------------------
 
-            index = [resampled(half, chains // 2, rng.random()) for half in I]
+            index = [systematic_resampling(half, chains // 2, rng.random()) for half in I]
             which = np.repeat([0, 1], chains // 2)
             b = I.mean(1)
-            caps = count * b[::-1] / SURE
-            walk = Walk(steps, self.p_large, self.mutation, self.s1, self.s2, c, tuple(caps))
-            importance = pilot.importance
-            walked = walk_chains(
-                paths, importance, np.concatenate(index), which, count, seeds, walk
-            )
-            self.tally.add_walked(walked, n_c)
-            self.tally.seeds += sum(effective(half, chains // 2) for half in I)
+            caps = count * b[::-1] * MAX_SHARE
+            kind = self.mutation, self.s1, self.s2
+            parameters = ChainParameters(steps, self.p_large, *kind, c, tuple(caps))
+            start = np.concatenate(index)
+            found = run_chains(paths, pilot.importance, start, which, count, seeds, parameters)
+            self.statistics.add_chains(found, n_c)
+            self.statistics.seeds += sum(effective_seeds(half, chains // 2) for half in I)
 
             # -------------------------- picture --------------------------
 
-            n_u = I.size + walked.large.sum()
-            uniform = samples.film(c / (c + I.ravel()), paths.pixels) + walked.film[0]
-            B = walked.film[1:] * (paths.pixels / (n_c / 2))
-            large, target = (x.reshape(2, -1).sum(1) for x in (walked.large, walked.target))
+            n_u = I.size + found.large_steps.sum()
+            uniform = samples.film(c / (c + I.ravel()), paths.pixels) + found.film[0]
+            B = found.film[1:] * (paths.pixels / (n_c / 2))
+            large, target = (x.reshape(2, -1).sum(1) for x in (found.large_steps, found.target))
             capped = np.minimum(I, caps[:, None]).sum(1)
             correction = (capped + target) / (count + large) - capped / count
             chained = sum((b[h] + correction[1 - h]) * B[h] for h in (0, 1)) / 2

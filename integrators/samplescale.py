@@ -47,9 +47,7 @@ def define():
             if self.limited:
                 raise ValueError("samplescale cannot part light of which luminance_limit cuts")
             nested = with_depth_range(self.nested, min_depth, max_depth)
-            return mi.load_dict(
-                {"type": "samplescale", "response": self.factor, "nested": nested}
-            )
+            return mi.load_dict({"type": "samplescale", "response": self.factor, "nested": nested})
 
         def aov_names(self):
             return self.nested.aov_names()

@@ -12,7 +12,7 @@ import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import ExitPoint
-from relume.integrators.inside import (
+from relume.integrators.singlescattering import (
     leave_straight,
     no_medium,
     phase,
@@ -187,7 +187,7 @@ class EmitterSample:
 
 
 @dr.syntax
-def sample_emitter(scene, interior, vertex, before, sample, active, scatters, passable):
+def sample_emitter(scene, interior, vertex, before, sample, active, scatters, refract):
     """Draw a point of an emitter and look whether it is seen.
 
     Args:
@@ -198,7 +198,7 @@ def sample_emitter(scene, interior, vertex, before, sample, active, scatters, pa
         sample: ``mi.Point2f``, uniform variates.
         active: lanes.
         scatters: lanes inside a medium.
-        passable: Python boolean, whether there can be any.
+        refract: Python boolean, whether there can be any.
 
     Returns:
         `EmitterSample`.
@@ -207,7 +207,7 @@ def sample_emitter(scene, interior, vertex, before, sample, active, scatters, pa
     active = active & (ds.pdf != 0)
     shadow = vertex.spawn_ray_to(ds.p)
     arrives = mi.Spectrum(0)
-    if dr.hint(passable, mode="scalar"):
+    if dr.hint(refract, mode="scalar"):
         inside = active & scatters
         if inside:
             si = scene.ray_intersect(shadow, mi.RayFlags.All, coherent=False, active=inside)

@@ -244,8 +244,8 @@ MUTATIONS = [
     ),
     profiles(
         "light that enters 2 % too bright",
-        "return medium.tint * (transmitted(wi.z, medium.eta)[0] * dr.inv_pi)",
-        "return 1.02 * medium.tint * (transmitted(wi.z, medium.eta)[0] * dr.inv_pi)",
+        "return medium.tint * (fresnel_transmission(wi.z, medium.eta)[0] * dr.inv_pi)",
+        "return 1.02 * medium.tint * (fresnel_transmission(wi.z, medium.eta)[0] * dr.inv_pi)",
         f"{DIPOLE}::test_reflectance_of_a_slab",
     ),
     vertices(
@@ -430,8 +430,8 @@ MUTATIONS = [
     mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),
     mlt(
         "bright paths correct b in full",
-        "SURE = 16",
-        "SURE = 1e-9",
+        "MAX_SHARE = 1 / 16",
+        "MAX_SHARE = 1e9",
         f"{METROPOLIS}::test_few_seeds_leave_no_negative_pixels",
     ),
     redistribution("energy of the seeds 2 % too high", "(I.mean() *", "(1.02 * I.mean() *"),

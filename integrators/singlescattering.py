@@ -3,7 +3,7 @@
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import component, pick, transmitted
+from relume.integrators.diffusion import component, fresnel_transmission, sample_channel
 from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
 MAX_G = 0.999
@@ -35,7 +35,7 @@ def phase(medium, cos):
 
 def phase_mixture(medium, throughput, cos):
     """Return the density of `sample_phase` [1/sr], at the cosine of its two directions."""
-    _, p = pick(throughput, mi.Float(0))
+    _, p = sample_channel(throughput, mi.Float(0))
     return dr.sum(p * phase(medium, cos))
 
 
@@ -49,7 +49,7 @@ def sample_phase(medium, throughput, d, sample1, sample2):
         sample1: uniform variate for the channel.
         sample2: ``mi.Point2f``, uniform variates for the direction.
     """
-    channel, _ = pick(throughput, sample1)
+    channel, _ = sample_channel(throughput, sample1)
     g = component(clamped(medium.g), channel)
     cos = dr.mulsign(1 - sample_henyey_greenstein(g, sample2.x), g)
     sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
@@ -70,7 +70,7 @@ def sample_distance(medium, throughput, distance, sample):
         (whether it scatters, distance to the point, weight).
     """
     sigma_t = medium.sigma_s + medium.sigma_a
-    channel, p = pick(throughput, sample.x)
+    channel, p = sample_channel(throughput, sample.x)
     s = -dr.log(1 - sample.y) / dr.maximum(component(sigma_t, channel), 1e-30)
     scatters = s < distance
     s = dr.minimum(s, distance)
@@ -94,7 +94,7 @@ def leave_straight(medium, si, w, before):
         `relume.integrators.dipole`).
     """
     cos = dr.dot(w, si.sh_frame.n)
-    F_t, cos_t = transmitted(dr.maximum(cos, 0), medium.eta)
+    F_t, cos_t = fresnel_transmission(dr.maximum(cos, 0), medium.eta)
     bent = dr.fma(si.sh_frame.n, cos_t - cos / medium.eta, w / medium.eta)
     ratio = cos / dr.maximum(cos_t, 1e-6)
     T = dr.exp(-(medium.sigma_s + medium.sigma_a) * si.t * ratio)

@@ -1,24 +1,30 @@
-"""Finds the translucent materials of a scene."""
+"""The translucent materials of a scene, and their media."""
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.integrators.inside import no_medium
+from relume.integrators.singlescattering import no_medium
 
 
-class Media:
-    """The translucent materials of a scene, as known before the kernel is traced."""
+class TranslucentMaterials:
+    """The translucent materials of a scene, as known before the kernel is traced.
+
+    Attributes:
+        inner: from the material of a shape to the `subsurface` in it.
+        has_blends: whether some material has more than its `subsurface` in it.
+        refract: whether paths run on inside some material, which those of level -2 do not allow.
+    """
 
     def __init__(self, scene):
         self.inner = {}
-        self.mixed = False
+        self.has_blends = False
         for outer in outermost_materials(scene):
             leaves = list(leaf_materials(outer))
             translucent = [leaf for leaf in leaves if hasattr(leaf, "medium")]
             if translucent:
                 self.inner[outer] = translucent[0]
-                self.mixed |= len(leaves) > 1
-        self.passable = any(bsdf.level == -1 for bsdf in self.inner.values())
+                self.has_blends |= len(leaves) > 1
+        self.refract = any(bsdf.level == -1 for bsdf in self.inner.values())
 
     def __bool__(self):
         return bool(self.inner)
