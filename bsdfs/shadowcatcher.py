@@ -1,30 +1,48 @@
-r"""Surface that shows nothing but shadows of the sky (`shadowcatcher`)
-===================================================================
+r"""Surface that shows nothing but shadows of the sky (``shadowcatcher``)
+=====================================================================
 
-=================  =====================  ======================================================
-parameter          type                   meaning
-=================  =====================  ======================================================
-``reflectance``    spectrum or texture    rho, colour of the shadowed surface (default 0.2)
-=================  =====================  ======================================================
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``reflectance``
+     - spectrum or texture
+     - :math:`\rho`, colour of the surface in shadow. Default: 0.2. Differentiable.
 
 A direction o above the surface is open if a ray along it reaches the sky: an environment emitter,
-or a shape that shines with a picture, such as a dome of `ibldome`. With V the share of open
+or a shape that shines with a picture, such as a dome of ``ibldome``. With V the share of open
 directions, weighted by their cosine,
 
-    f(i, o) = V delta(o + i) + rho / pi for directions o that are not open, on both sides,
+.. math::
+    f(i, o) = V \delta(o + i) + \frac{\rho}{\pi} \quad \text{for directions } o
+    \text{ that are not open}
 
-so the surface is invisible where nothing stands between it and the sky, and elsewhere hides what is
-behind it as far as it is shaded. One cosine-distributed direction decides: where it is open the
-path goes straight on, else it follows that direction with the weight rho.
+on both sides. So the surface is invisible where nothing stands between it and the sky; elsewhere
+it hides what is behind it as far as it is shaded. One cosine-distributed direction decides: where
+it is open the path goes straight on, else it follows that direction with the weight :math:`\rho`.
 
-Source: the legacy manual, `shadow`; scene language section 11.7.
+The surface has to trace rays. It knows the scene only inside the integrator ``shadowcatching``; in
+any other it is an ordinary diffuse surface.
 
-The surface has to trace rays. It knows the scene only inside the integrator ``shadowcatching``;
-in any other it is an ordinary diffuse surface.
+**Source.** Legacy manual, `shadow`; scene language section 11.7.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'rectangle', 'bsdf': {'type': 'shadowcatcher', 'reflectance': 0.2}}
+
+.. code-block:: xml
+
+    <shape type="rectangle">
+        <bsdf type="shadowcatcher">
+            <rgb name="reflectance" value="0.2"/>
+        </bsdf>
+    </shape>
 """
 
 import drjit as dr

@@ -1,26 +1,45 @@
-r"""Image-based light on a sphere (`ibldome`)
-==========================================
+r"""Image-based light on a sphere (``ibldome``)
+===========================================
 
-| name         | type    | meaning                                                              |
-|--------------|---------|----------------------------------------------------------------------|
-| `filename`   | string  | image file that `mi.Bitmap` reads                                    |
-| `bitmap`     | bitmap  | instead of it: a `mi.Bitmap`                                         |
-| `raw`        | boolean | take 8-bit values as linear, without sRGB decoding (default false)   |
-| `scale`      | float   | factor on the radiance (default 1)                                   |
-| `map`        | string  | how the image covers the sphere: `transposed` (default), `panoramic`, `angular`, `angular_mirrored`, `equirectangular`, `hemisphere`; see `emitters/domemaps.py` |
-| `hemisphere` | boolean | only the upper half, y at or above the centre, shines (default false) |
+.. list-table::
+   :header-rows: 1
 
-Attached to a `sphere`, the emitter gives the point :math:`p` of it the radiance
+   * - Parameter
+     - Type
+     - Description
+   * - ``filename``
+     - string
+     - Image file that ``mi.Bitmap`` reads. Required, unless there is ``bitmap``.
+   * - ``bitmap``
+     - bitmap
+     - A ``mi.Bitmap`` instead of the file. Required, unless there is ``filename``.
+   * - ``raw``
+     - boolean
+     - Take 8-bit values as linear, without sRGB decoding. Default: false.
+   * - ``scale``
+     - float
+     - Factor of the radiance. Default: 1. Differentiable.
+   * - ``map``
+     - string
+     - How the image covers the sphere: ``transposed``, ``panoramic``, ``angular``,
+       ``angular_mirrored``, ``equirectangular`` or ``hemisphere``; see
+       `relume.emitters.domemaps`. Default: ``transposed``.
+   * - ``hemisphere``
+     - boolean
+     - Let only the upper half shine, y at or above the centre. Default: false.
+
+In RGB variants ``mi.traverse`` also exposes the image, as ``data``, which is differentiable.
+
+Attached to a ``sphere``, the emitter gives the point :math:`p` of it the radiance
 
 .. math::
     L(p) = \mathrm{scale} \cdot \mathrm{texel}\left(\mathrm{map}\left(\frac{p - c}{R}\right)\right)
 
 in all directions: inwards, as a surrounding with its parallax kept, and outwards. The texel is the
-nearest one and the formula of the map is evaluated where the ray hits, without any resampling.
+nearest one, and the formula of the map is evaluated where the ray hits, without any resampling.
 The transform of the sphere moves and scales the dome but does not turn the image. Give the sphere
-a black `conductor` as BSDF: paths end on it, and unlike on a black `diffuse` no emitter sample is
-spent there, which saves a fifth of the time. Source: section 11.5 of the scene language, legacy
-manual "IBL".
+a black ``conductor`` as BSDF: paths end on it, and unlike on a black ``diffuse`` no emitter sample
+is spent there, which saves a fifth of the time.
 
 Emitter sampling picks a texel with the probability
 
@@ -38,15 +57,34 @@ shading point :math:`x` is
 A single texel of extreme radiance, such as the sun, is thus found as often as it matters.
 
 A stock sphere is intersected in single precision. For domes beyond about ten thousand times the
-size of the scene use an `envmap`, for which `relume.emitters.domemaps.resample_to_latlong` prepares the
-image.
+size of the scene use an ``envmap``, for which ``relume.emitters.domemaps.resample_to_latlong``
+prepares the image.
+
+**Source.** Scene language section 11.5; legacy manual, "IBL".
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'sphere', 'center': [0, 0, 0], 'radius': 600,
      'bsdf': {'type': 'conductor', 'specular_reflectance': 0},
      'light': {'type': 'ibldome', 'filename': 'probe.hdr', 'map': 'angular', 'scale': 2.0}}
-"""  # noqa: E501
+
+.. code-block:: xml
+
+    <shape type="sphere">
+        <float name="radius" value="600"/>
+        <bsdf type="conductor">
+            <rgb name="specular_reflectance" value="0"/>
+        </bsdf>
+        <emitter type="ibldome">
+            <string name="filename" value="probe.hdr"/>
+            <string name="map" value="angular"/>
+        </emitter>
+    </shape>
+"""
 
 import drjit as dr
 import mitsuba as mi

@@ -1,54 +1,77 @@
-r"""Path tracer with diffusion below surfaces (`dipole`)
-====================================================
+r"""Path tracer with diffusion below surfaces (``dipole``)
+======================================================
 
-===================  ========  ===========================================================
-parameter            type      meaning
-===================  ========  ===========================================================
-``profile``          string    ``standard`` (default), ``directional`` or ``normalized``
-``max_depth``        integer   longest path: 1 shows emitters alone, 2 adds direct light;
-                               -1 for no limit (default -1); a way through a medium counts
-                               as one bounce
-``rr_depth``         integer   depth from which Russian roulette ends paths (default 5)
-``hide_emitters``    boolean   hide directly visible emitters (default false)
-===================  ========  ===========================================================
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``profile``
+     - string
+     - ``standard``, ``directional`` or ``normalized``. Default: ``standard``.
+   * - ``max_depth``
+     - integer
+     - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. A way through a
+       medium counts as one bounce. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Hide directly visible emitters. Default: false.
 
 The stock ``path`` for all surfaces but those of the material ``subsurface``. There light that is
 not mirrored leaves by
 
-    L_o(x_o, o) = int_A int S(x_i, i; x_o, o) L_i(x_i, i) (n_i.i) di dA(x_i).
+.. math::
+    L_o(x_o, o) = \int_A \int S(x_i, i; x_o, o)\, L_i(x_i, i)\, (n_i \cdot i)\, di\, dA(x_i)
 
-**Multiple scattering.** `relume.integrators.diffusion` has the three kernels:
+**Multiple scattering.** `relume.integrators.diffusion` has the three kernels, ``standard``,
+``directional`` and ``normalized``:
 
-    standard     S = F_t(i) R(|x_o - x_i|) F_t(o) / pi      Jensen et al. 2001
-    directional  S = F_t(i) S_d(x_i, i; x_o) F_t(o)         Frisvad et al. 2014
-    normalized   S = F_t(i) R(|x_o - x_i|) F_t(o) / (pi c)  Christensen and Burley 2015,
-                 c = int F_t(o) (n.o) do / pi
+.. math::
+    S &= F_t(i)\, R(|x_o - x_i|)\, F_t(o) / \pi \\
+    S &= F_t(i)\, S_d(x_i, i; x_o)\, F_t(o) \\
+    S &= F_t(i)\, R(|x_o - x_i|)\, F_t(o) / (\pi c), \qquad
+         c = \frac{1}{\pi} \int F_t(o)\, (n \cdot o)\, do
 
-F_t is Fresnel's transmittance. The points x_i are found by probe rays on the same object (see
-`relume.integrators.probing`); from there the path goes on as from a diffuse surface, with emitter
-sampling.
+:math:`F_t` is Fresnel's transmittance. The points :math:`x_i` are found by probe rays on the same
+object (see `relume.integrators.probing`); from there the path goes on as from a diffuse surface,
+with emitter sampling.
 
-**Single scattering** (level -1, ``standard`` alone; the other profiles hold it). The path refracts
-into the medium and scatters where an exponential law says, x. A straight line with the direction w
-then leads from x through the boundary at x_i, at a distance s from x. For the angles theta outside
-and theta' inside, Jensen et al. 2001, section 2.5, take s' = s cos theta / cos theta' for the
-length of the refracted way, so that
+**Single scattering** (level -1, ``standard`` alone; the other profiles include it). The path
+refracts into the medium and scatters where an exponential law says, at x. A straight line with the
+direction w then leads from x through the boundary at :math:`x_i`, at a distance s from x. For the
+angles :math:`\theta` outside and :math:`\theta'` inside, Jensen et al., section 2.5, take
+:math:`s' = s \cos\theta / \cos\theta'` for the length of the refracted way, so that
 
-    L(x, w') dw' = F_t(w) exp(-sigma_t s') L_i(x_i, w) (cos theta / cos theta') dw.
+.. math::
+    L(x, w')\, dw' = F_t(w)\, e^{-\sigma_t s'} L_i(x_i, w)
+    \frac{\cos\theta}{\cos\theta'}\, dw
 
 The last factor, that of the solid angle, is not in the paper; with it, and with the factor
-1/eta^2 of radiance at x_o, flat boundaries under distant light are exact. g is clamped to +-0.999
-here, not in sigma_s' = (1 - g) sigma_s.
+:math:`1/\eta^2` of radiance at :math:`x_o`, flat boundaries under distant light are exact. g is
+clamped to the range from -0.999 to 0.999 here, not in :math:`\sigma_s' = (1 - g) \sigma_s`.
 
 **No scattering** (level -1). Light that crosses the object without scattering is refracted at the
 boundary as by clear glass.
 
 Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering only.
 
+**Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
+Light Transport", SIGGRAPH 2001 (``standard`` and single scattering); J. R. Frisvad, T. Hachisuka
+and T. K. Kjeldsen, "Directional Dipole Model for Subsurface Scattering", ACM TOG 34(1), 2014
+(``directional``); P. H. Christensen and B. Burley, "Approximate Reflectance Profiles for Efficient
+Subsurface Scattering", 2015 (``normalized``).
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
+
 .. code-block:: python
 
-    from relume import bsdfs, integrators
-    mi.load_dict({'type': 'dipole', 'profile': 'standard', 'max_depth': 16})
+    {'type': 'dipole', 'profile': 'standard', 'max_depth': 16}
 """
 
 import drjit as dr

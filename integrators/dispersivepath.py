@@ -1,27 +1,44 @@
-"""Path tracer for dispersive glass (`dispersivepath`)
-======================================================
+r"""Path tracer for dispersive glass (``dispersivepath``)
+=====================================================
 
-===============  ========  ===========================================================
-parameter        type      meaning
-===============  ========  ===========================================================
-``min_depth``    integer   shortest path that counts: 2 leaves out emitters that are seen,
-                           3 direct light, too (default 1)
-``max_depth``    integer   longest path: 1 shows emitters alone, 2 adds direct light;
-                           -1 for no limit (default -1)
-``rr_depth``     integer   depth from which Russian roulette ends paths (default 5)
-===============  ========  ===========================================================
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``min_depth``
+     - integer
+     - Shortest path that counts, 1 or more: 2 leaves out emitters that are seen, 3 direct light,
+       too. Default: 1.
+   * - ``max_depth``
+     - integer
+     - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Must be false: emitters are always visible. Default: false.
 
 The estimator is that of the stock ``path`` (emitter sampling and BSDF sampling combined by the
 power heuristic) and, without dispersion, gives the same picture from the same random numbers. At
-the first dispersive refraction of a path it drops all wavelengths but the first and multiplies
-the throughput by their number, once: see `relume.bsdfs.dispersion`. It needs a spectral variant
-for that; elsewhere it is a plain path tracer. Emitters are always visible. Primal rendering only:
-to differentiate a scene use ``prb``, which treats dispersion without bias, if with more noise.
+the first dispersive refraction of a path it drops all wavelengths but the first and multiplies the
+throughput by their number, once: see `relume.bsdfs.dispersion`. It needs a spectral variant for
+that; elsewhere it is a plain path tracer. Primal rendering only: to differentiate a scene use
+``prb``, which treats dispersion without bias, if with more noise.
+
+**Source.** A. Wilkie et al., "Hero Wavelength Spectral Sampling", Computer Graphics Forum 2014,
+without its combination of techniques.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones; dispersion in the
+spectral ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    from relume import bsdfs, integrators
-    mi.load_dict({'type': 'dispersivepath', 'max_depth': 16})
+    {'type': 'dispersivepath', 'max_depth': 16}
 """
 
 import drjit as dr

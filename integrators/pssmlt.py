@@ -1,41 +1,53 @@
-r"""Metropolis light transport in primary sample space (`pssmlt`)
-=============================================================
+r"""Metropolis light transport in primary sample space (``pssmlt``)
+===============================================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - (nested): integrator
-     - Sampling integrator that traces the paths.
-   * - bootstrap: float
-     - Uniform samples to each mutation, from which chains start; above 0. They go to the picture,
-       too. With few, single bright paths stand for much light. (Default: 0.25)
-   * - resampling: boolean
-     - Draw them anew for each render, or the same ones for all. (Default: true)
-   * - large_step_probability: float
-     - Probability of a proposal that is independent of the current path, 0 to 1. (Default: 0.3)
-   * - mutation: string
+   * - (nested)
+     - integrator
+     - Sampling integrator that traces the paths. Required.
+   * - ``bootstrap``
+     - float
+     - Uniform samples per mutation, from which chains start; above 0. They go to the picture, too.
+       With few, single bright paths stand for much light. Default: 0.25.
+   * - ``resampling``
+     - boolean
+     - Draw them anew for each render, instead of the same ones for all. Default: true.
+   * - ``large_step_probability``
+     - float
+     - Probability of a proposal that is independent of the current path, in [0, 1]. Default: 0.3.
+   * - ``mutation``
+     - string
      - Small steps: ``kelemen``, where each number moves by a size of its own whose logarithm is
        uniform; ``mixed``, half of whose steps have one such size for all numbers; ``lux``, as in
-       LuxRender; or ``gaussian``. (Default: ``mixed``)
-   * - mutation_size_min, mutation_size_max: float
-     - Sizes of small steps in primary sample space; ``gaussian`` has the standard deviation
-       ``mutation_size_max``. (Defaults: 1/2048 and 1/32; ``kelemen`` and ``gaussian``: 1/1024 and
-       1/64; ``lux``: 1/512 and 1/16)
-   * - chains: integer
+       LuxRender; or ``gaussian``. Default: ``mixed``.
+   * - ``mutation_size_min``, ``mutation_size_max``
+     - float
+     - Sizes of small steps in primary sample space, rising from above 0 to 0.5; ``gaussian`` has
+       the standard deviation ``mutation_size_max``. Default: 1/2048 and 1/32 for ``mixed``, 1/1024
+       and 1/64 for ``kelemen`` and ``gaussian``, 1/512 and 1/16 for ``lux``.
+   * - ``chains``
+     - integer
      - Number of Markov chains, 2 or more; fewer if a render has few mutations. Few long chains
-       carry light further from where it was found than many short ones, but keep less of a
-       machine busy. (Default: 256, on a GPU 16384)
-   * - direct_samples: float
-     - Ordinary samples to each mutation, at least one of a pixel, that find emitters and direct
-       light; 0 leaves them to the chains. The nested integrator must be able to part its light, as
-       ``dispersivepath`` is. (Default: 0)
-   * - fallback: boolean
-     - Leave scenes whose paths are all about equally bright to plain sampling. (Default: true)
+       carry light further from where it was found than many short ones, but keep less of a machine
+       busy. Default: 256, on a GPU 16384.
+   * - ``direct_samples``
+     - float
+     - Independent samples per mutation, at least one per pixel, that find emitters and direct
+       light; with 0 the chains do. The nested integrator must be able to render paths of a range
+       of depths, as ``dispersivepath`` is. Default: 0.
+   * - ``fallback``
+     - boolean
+     - Render scenes whose paths are all about equally bright by independent samples. Default:
+       true.
 
 The nested integrator traces its paths from the numbers of Markov chains instead of independent
-ones (Kelemen et al., "A Simple and Robust Mutation Strategy for the Metropolis Light Transport
-Algorithm", 2002), so every material, light and medium that it knows is rendered. Paths that are
-hard to find are explored once found. The samples of a pixel are its mutations.
+ones, so every material, light and medium that it knows is rendered. Paths that are hard to find
+are explored once found. The samples of a pixel are its mutations.
 
 The target is :math:`I = Y / m`: the luminance of a path over a blurred picture, which makes the
 error relative to the brightness even over the picture (Veach's two-stage Metropolis). The blurred
@@ -62,19 +74,27 @@ has the mean of the first term, and as :math:`B_1 \approx B_2` almost the error 
 estimate of b would give. Every render is unbiased by itself, and renders may be averaged in any
 number.
 
-Without the cap :math:`T_h`, pixels would be below 0 where the bootstrap of half h finds a path that
-outshines all that the other found, for the factor of :math:`B_{3-h}` is
+Without the cap :math:`T_h`, pixels would be below 0 where the bootstrap of half h finds a path
+that outshines all that the other found, for the factor of :math:`B_{3-h}` is
 :math:`b_{3-h} + t'_h - t_h`. :math:`T_h = n\, b_{3-h} / 16`, n the samples of a bootstrap, knows
-nothing of half h, so that the mean stays 0, and lets no single sample take more than a sixteenth of
-that factor. It binds where a bootstrap has less than some 16 effective seeds.
+nothing of half h, so that the mean stays 0, and lets no single sample take more than a sixteenth
+of that factor. It binds where a bootstrap has less than some 16 effective seeds.
 
 **Limits.** Paths that bootstrap and large steps miss are missing, for all the chains: the picture
-has the right mean over many renders, but one render can lack a caustic. Chains that stick to a very
-bright path show as bright pixels; `docs/metropolis.md` tells how many.
+has the right mean over many renders, but one render can lack a caustic. Chains that stick to a
+very bright path show as bright pixels.
+
+**Source.** C. Kelemen, L. Szirmay-Kalos, G. Antal and F. Csonka, "A Simple and Robust Mutation
+Strategy for the Metropolis Light Transport Algorithm", Computer Graphics Forum 2002; E. Veach and
+L. Guibas, "Metropolis Light Transport", SIGGRAPH 1997 (two stages).
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "pssmlt", "large_step_probability": 0.3, "nested": {"type": "path"}}
+    {'type': 'pssmlt', 'large_step_probability': 0.3, 'nested': {'type': 'path'}}
 """
 
 import mitsuba as mi

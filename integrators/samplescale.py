@@ -1,28 +1,38 @@
-r"""Factor and limit of every sample (`samplescale`)
-====================================================
+r"""Factor and limit of every sample (``samplescale``)
+==================================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - (nested): integrator
-     - Sampling integrator whose samples are changed.
-   * - response: float
-     - Factor of the radiance :math:`k \ge 0`. (Default: 1)
-   * - luminance_limit: float
-     - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit.
-       (Default: 0)
+   * - (nested)
+     - integrator
+     - Sampling integrator whose samples are changed. Required.
+   * - ``response``
+     - float
+     - Factor of the radiance :math:`k \ge 0`. Default: 1.
+   * - ``luminance_limit``
+     - float
+     - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit. Default:
+       0.
 
-A sample of radiance :math:`L` and luminance :math:`Y` (``mi.luminance``) becomes
-:math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture is
-biased dark.
+A sample of radiance :math:`L` and luminance :math:`Y` (as in ``mi.luminance``) becomes
+:math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture
+is biased dark.
 
-Source: the legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
+**Source.** Legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
 at most `luminance_cutoff` to the average of a pixel, so :math:`Y_{max}` is that times the samples
-of a pixel.
+per pixel.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "samplescale", "luminance_limit": 20.0, "nested": {"type": "path"}}
+    {'type': 'samplescale', 'luminance_limit': 20.0, 'nested': {'type': 'path'}}
 """
 
 import drjit as dr

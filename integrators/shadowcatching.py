@@ -1,20 +1,29 @@
-r"""Makes shadow catchers work (`shadowcatching`)
-=============================================
+r"""Makes shadow catchers work (``shadowcatching``)
+===============================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - (nested): integrator
-     - Sampling integrator that renders the scene.
+   * - (nested)
+     - integrator
+     - Sampling integrator that renders the scene. Required.
 
-The surfaces of the BSDF ``shadowcatcher`` trace rays of their own. This integrator tells them the
-scene while the nested one is traced into a kernel; it adds nothing to scenes that have none.
+The surfaces of the BSDF ``shadowcatcher`` trace rays of their own. This integrator gives them
+access to the scene while the nested one is traced into a kernel; it changes nothing in scenes that
+have none.
 
-Source: the legacy manual, `shadow`; scene language section 11.7.
+**Source.** Legacy manual, `shadow`; scene language section 11.7.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "shadowcatching", "nested": {"type": "path"}}
+    {'type': 'shadowcatching', 'nested': {'type': 'path'}}
 """
 
 import mitsuba as mi

@@ -1,29 +1,36 @@
-r"""Henyey-Greenstein phase function with a mean cosine for each channel (`hgrgb`)
-==============================================================================
+r"""Henyey-Greenstein phase function with a mean cosine for each channel (``hgrgb``)
+================================================================================
 
-=========  ======  =====================================================================
-parameter  type    meaning
-=========  ======  =====================================================================
-``g``      vector  mean cosines of red, green and blue, each in [-1, 1] (default 0 0 0)
-=========  ======  =====================================================================
+.. list-table::
+   :header-rows: 1
 
-For each channel, with theta the angle between the directions of travel before and after:
+   * - Parameter
+     - Type
+     - Description
+   * - ``g``
+     - vector
+     - Mean cosines of red, green and blue, each in [-1, 1]. Default: 0, 0, 0. Exposed.
 
-    p(theta) = (1 - g^2) / (4 pi (1 + g^2 - 2 g cos theta)^(3/2))
+For each channel, with :math:`\vartheta` the angle between the directions of travel before and
+after,
+
+.. math::
+    p(\vartheta) = \frac{1 - g^2}{4 \pi (1 + g^2 - 2 g \cos\vartheta)^{3/2}}
 
 Directions are drawn from one of the channels, chosen evenly; the density is the mean of all
 channels, so that no weight exceeds the number of channels. For g = 1 and -1 the phase function is
 a Dirac delta: light goes straight on, or back. Such a channel is met by sampling alone, and
-`eval_pdf` is 0 there, as for mirrors. In spectral variants g is that of red from 611 nm up, of
+``eval_pdf`` is 0 there, as for mirrors. In spectral variants g is that of red from 611 nm up, of
 green at 549 nm, of blue from 464 nm down (the dominant wavelengths of the primaries of sRGB),
-linear between.
+linear between. The stock ``hg`` has one g and takes neither 1 nor -1.
 
-Source: legacy manual, `PAHASE`; L. G. Henyey and J. L. Greenstein, "Diffuse Radiation in the
-Galaxy", Astrophysical Journal 93, 1941, eq. 2. Stock ``hg`` has one g and takes neither 1 nor -1.
-Sampling is the manual's inverse, rearranged for 1 - cos theta, which it keeps exact near 0 (for
-g < 0 the same with -cos theta):
+**Source.** L. G. Henyey and J. L. Greenstein, "Diffuse Radiation in the Galaxy", Astrophysical
+Journal 93, 1941, eq. 2; legacy manual, `PAHASE`. Its inverse, by which directions are drawn, is in
+`relume.phasefunctions.henyeygreenstein`.
 
-    1 - cos theta = 2 xi (1 - g)^2 (1 + g - g xi) / (1 + g - 2 g xi)^2
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
