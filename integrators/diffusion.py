@@ -5,25 +5,30 @@ the distance d [1/area] for a unit of power that has passed the boundary; `sampl
 distances in a plane with the density `pdf`. All are closed forms or exact inverses, not tables.
 
 **standard**: Jensen et al., "A Practical Model for Subsurface Light Transport", SIGGRAPH 2001,
-eq. 4. With d_j^2 = r^2 + z_j^2, z_r = 1/sigma_t' and z_v = z_r (1 + 4A/3),
+eq. 4. With :math:`d_j^2 = r^2 + z_j^2`, :math:`z_r = 1/\sigma_t'` and
+:math:`z_v = z_r (1 + 4A/3)`,
 
-    R(r) = alpha'/(4 pi) sum_j z_j (1 + sigma_tr d_j) exp(-sigma_tr d_j) / d_j^3.
+.. math::
+    R(r) = \frac{\alpha'}{4 \pi} \sum_j z_j (1 + \sigma_{tr} d_j)
+    \frac{e^{-\sigma_{tr} d_j}}{d_j^3}
 
-Of the light of one source, the share exp(-sigma_tr (d - z)) z/d leaves farther than r, so a radius
-is drawn by solving x + sigma_tr z (e^x - 1) = -ln(share) for x = ln(d/z).
+Of the light of one source, the share :math:`e^{-\sigma_{tr} (d - z)} z/d` leaves farther than r, so
+a radius is drawn by solving :math:`x + \sigma_{tr} z (e^x - 1) = -\ln(share)` for
+:math:`x = \ln(d/z)`.
 
 **directional**: Frisvad, Hachisuka, Kjeldsen, "Directional Dipole Model for Subsurface Scattering",
 ACM TOG 34(1), 2014: depends on the direction in which light enters. Distances are drawn by the
 standard profile and a source nearer to the surface.
 
 **normalized**: Christensen and Burley, "Approximate Reflectance Profiles for Efficient Subsurface
-Scattering", 2015, for perpendicular illumination: with l = 1/sigma_t', the albedo a and
-s = 1.85 - a + 7 |a - 0.8|^3,
+Scattering", 2015, for perpendicular illumination: with :math:`l = 1/\sigma_t'`, the albedo a and
+:math:`s = 1.85 - a + 7 |a - 0.8|^3`,
 
-    R(r) = a s (exp(-s r/l) + exp(-s r/(3l))) / (8 pi l r).
+.. math::
+    R(r) = \frac{a s (e^{-s r/l} + e^{-s r/(3l)})}{8 \pi l r}
 
-a is the closed form R_d of the standard profile, so that both have the same albedo, and the
-distribution F_t of leaving light is normalized, as in the directional one.
+a is the closed form :math:`R_d` of the standard profile, so that both have the same albedo, and the
+distribution :math:`F_t` of leaving light is normalized, as in the directional one.
 """
 
 from __future__ import annotations

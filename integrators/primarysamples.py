@@ -71,7 +71,7 @@ def mixed_sizes(r, q, s1, s2):
 
 
 def lux(r, _, s1, s2):
-    """Offset of density proportional to 1 / (|offset| + c)², as in LuxRender (language 13.6)."""
+    """Offset x of density proportional to ``1 / (|x| + c)²``, as in LuxRender (language 13.6)."""
     size = s1 / (s1 / s2 + dr.abs(2 * r - 1)) - s1 / (s1 / s2 + 1)
     return dr.select(r < 0.5, -size, size)
 

@@ -1,4 +1,4 @@
-"""Inside a translucent object: free flight, the phase function, and the way out."""
+"""Single scattering in a translucent object: free flight, phase function, and the way out."""
 
 import drjit as dr
 import mitsuba as mi
@@ -7,7 +7,7 @@ from relume.integrators.diffusion import component, fresnel_transmission, sample
 from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
 MAX_G = 0.999
-"""Largest |g| of the phase function: beyond, its peak exceeds what float32 resolves."""
+"""Largest magnitude of g in the phase function: beyond, its peak exceeds what float32 resolves."""
 
 
 def no_medium():
