@@ -15,6 +15,11 @@ a BSDF, knowing no path, cannot arrange. Therefore:
   with probability k^(1-m) only, and the noise grows with m.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 HERO_WAVELENGTH = 1 << 24
@@ -34,7 +39,7 @@ DEFAULTS = {
 """Number and default values of the coefficients of each formula."""
 
 
-def index_squared(formula, coefficients, wavelength):
+def index_squared(formula: str, coefficients: Sequence[Any], wavelength: Any) -> Any:
     """Return n^2 at `wavelength`; scalars, NumPy and Dr.Jit arrays alike.
 
     Args:
@@ -58,7 +63,7 @@ def index_squared(formula, coefficients, wavelength):
     return 1 + w2 * (a / (w2 - b) + c / (w2 - d) + e / (w2 - f))
 
 
-def parse_coefficients(formula, text):
+def parse_coefficients(formula: str, text: str) -> tuple[float, ...]:
     """Return the coefficients of `formula` as a tuple of floats.
 
     Args:

@@ -51,12 +51,16 @@ Based Rendering", Leuven CW 197, 1994.
     </bsdf>
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.common import diffuse_plus_lobe, polar
 
 
-def log1m(q):
+def log1m(q: mi.Float) -> mi.Float:
     """Return ln(1 - q) for 0 <= q < 1 to the last bits, also where q is tiny.
 
     1 - q would round q away; for q < 1/4 the series of -2 artanh(q / (2 - q)) does not.
@@ -67,8 +71,12 @@ def log1m(q):
     return dr.select(q < 0.25, series, dr.log(1 - q))
 
 
-def define():
-    class Phong(diffuse_plus_lobe()):
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
+    Base: Any = diffuse_plus_lobe()
+
+    class Phong(Base):
         def __init__(self, props):
             super().__init__(props)
             self.exponent = props.get_unbounded_texture("exponent", 30)

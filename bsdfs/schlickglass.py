@@ -76,6 +76,8 @@ spectral ones.
     </bsdf>
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.common import choice
@@ -84,7 +86,7 @@ from relume.bsdfs.dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, pa
 FRESNEL = ("schlick", "exact")
 
 
-def positive(props, name, default):
+def positive(props: mi.Properties, name: str, default: float) -> float:
     """Return the number `name` of `props`; ValueError unless above 0."""
     value = props.get(name, default)
     if not value > 0:
@@ -92,7 +94,9 @@ def positive(props, name, default):
     return value
 
 
-def schlick(cos_i, cos_t, entering, k, eta):
+def schlick(
+    cos_i: mi.Float, cos_t: mi.Float, entering: mi.Bool, k: mi.Float, eta: mi.Float
+) -> mi.Float:
     """Return Schlick's F, its angle on the outer side; `eta` the far index over the near one."""
     F_0 = dr.square(k / dr.square(1 + eta))
     x = 1 - dr.select(entering, cos_i, cos_t)
@@ -100,7 +104,9 @@ def schlick(cos_i, cos_t, entering, k, eta):
     return dr.fma(1 - F_0, x2 * x2 * x, F_0)
 
 
-def exact(cos_i, cos_t, _entering, k, eta):
+def exact(
+    cos_i: mi.Float, cos_t: mi.Float, _entering: mi.Bool, k: mi.Float, eta: mi.Float
+) -> mi.Float:
     """Return Fresnel's F for unpolarised light.
 
     r_s = (c_i - eta c_t) / (c_i + eta c_t) and r_p likewise, multiplied by the denominators, with
@@ -114,7 +120,9 @@ def exact(cos_i, cos_t, _entering, k, eta):
     return 0.5 * dr.fma(r_s, r_s, r_p * r_p)
 
 
-def define():
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
     class SchlickGlass(mi.BSDF):
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
@@ -122,7 +130,7 @@ def define():
             self.specular_transmittance = props.get_texture("specular_transmittance", 1)
             self.fresnel = {"schlick": schlick, "exact": exact}[choice(props, "fresnel", FRESNEL)]
             self.ext_ior = mi.Float(positive(props, "ext_ior", 1.0))
-            self.dispersion, self.coefficients = "", ()
+            self.dispersion, self.coefficients = "", []
             if "dispersion" in props:
                 if "int_ior" in props:
                     raise ValueError("int_ior and dispersion exclude each other")

@@ -45,18 +45,22 @@ any other it is an ordinary diffuse surface.
     </shape>
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 
 
-def shining_pictures(scene):
+def shining_pictures(scene: mi.Scene) -> list[mi.Shape]:
     """The shapes of a scene that shine with a picture."""
     varying = mi.EmitterFlags.SpatiallyVarying
     lights = [shape for shape in scene.shapes() if shape.is_emitter()]
     return [shape for shape in lights if mi.has_flag(shape.emitter().flags(), varying)]
 
 
-def reaches_sky(scene, si, wo, active):
+def reaches_sky(
+    scene: mi.Scene, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: mi.Bool
+) -> mi.Bool:
     """Whether rays from `si` along `wo` (local) reach an environment or a shining picture."""
     ray = si.spawn_ray(si.to_world(wo))
     hit = scene.ray_intersect_preliminary(ray, active=active)
@@ -67,8 +71,8 @@ def reaches_sky(scene, si, wo, active):
     return active & sky
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
 
     class ShadowCatcher(mi.BSDF):
         catches_shadows = True

@@ -75,6 +75,8 @@ Light Transport", SIGGRAPH 2001, section 2.4.
     </bsdf>
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import drjit as dr
@@ -109,22 +111,22 @@ class SubsurfaceMedium:
         tint: ``mi.Spectrum``, factor of light that passes the boundary once.
     """
 
-    sigma_s: object
-    sigma_a: object
-    g: object
-    eta: object
-    r_max: object
-    tint: object
+    sigma_s: mi.Spectrum
+    sigma_a: mi.Spectrum
+    g: mi.Spectrum
+    eta: mi.Float
+    r_max: mi.Float
+    tint: mi.Spectrum
 
 
-def reduced(medium):
+def reduced(medium: SubsurfaceMedium) -> tuple[mi.Spectrum, mi.Spectrum, mi.Spectrum]:
     """Return (sigma_s', sigma_t', alpha') of the similar medium that scatters isotropically."""
     sigma_s = medium.sigma_s * (1 - medium.g)
     sigma_t = dr.maximum(sigma_s + medium.sigma_a, TINY)
     return sigma_s, sigma_t, sigma_s / sigma_t
 
 
-def internal_reflectance(eta):
+def internal_reflectance(eta: mi.Float) -> mi.Float:
     """Return F_dr, the mean Fresnel reflectance of diffuse light from inside.
 
     Egan and Hilgeman's fits as in Jensen et al. 2001, and for eta < 1 Donner and Jensen 2005.
@@ -135,13 +137,13 @@ def internal_reflectance(eta):
     return dr.clip(dr.select(eta >= 1, above, below), 0, 0.999)
 
 
-def boundary_factor(eta):
+def boundary_factor(eta: mi.Float) -> mi.Float:
     """Return A = (1 + F_dr) / (1 - F_dr)."""
     F_dr = internal_reflectance(eta)
     return (1 + F_dr) / (1 - F_dr)
 
 
-def diffuse_reflectance(alpha, A):
+def diffuse_reflectance(alpha: mi.Spectrum, A: mi.Float) -> mi.Spectrum:
     """Return R_d, the share of light entering that leaves again (Jensen et al. 2001, eq. 15).
 
     Args:
@@ -152,7 +154,9 @@ def diffuse_reflectance(alpha, A):
     return 0.5 * alpha * (1 + dr.exp(-4 / 3 * A * k)) * dr.exp(-k)
 
 
-def define():
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
     class Subsurface(mi.BSDF):
         def __init__(self, props):
             mi.BSDF.__init__(self, props)

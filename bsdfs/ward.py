@@ -80,6 +80,10 @@ to 9.
     </bsdf>
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.common import choice, diffuse_plus_lobe, polar
@@ -89,7 +93,7 @@ VARIANTS = ("ward", "duer", "balanced")
 TANGENT_FRAMES = ("uv", "world")
 
 
-def world_tangent(si):
+def world_tangent(si: mi.SurfaceInteraction3f) -> tuple[mi.Float, mi.Float]:
     """Return (c, s): the tangent x of the ``world`` frame is c s_shading + s t_shading."""
     n = si.sh_frame.n
     y_cross_n, x_cross_n = mi.Vector3f(n.z, 0, -n.x), mi.Vector3f(0, -n.z, n.y)
@@ -97,8 +101,12 @@ def world_tangent(si):
     return dr.dot(x, si.sh_frame.s), dr.dot(x, si.sh_frame.t)
 
 
-def define():
-    class Ward(diffuse_plus_lobe()):
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
+    Base: Any = diffuse_plus_lobe()
+
+    class Ward(Base):
         def __init__(self, props):
             super().__init__(props)
             self.alpha_u = props.get_texture("alpha_u", 0.1)

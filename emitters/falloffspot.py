@@ -74,6 +74,8 @@ of the object.
     </emitter>
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -82,7 +84,9 @@ from relume.emitters.common import delta_sample, sample_spectrum, spectrum_looku
 NO_ATTENUATION_BELOW = 1e-3
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class FalloffSpot(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)

@@ -86,6 +86,8 @@ prepares the image.
     </shape>
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -94,7 +96,7 @@ from relume.emitters.domemaps import cell_solid_angles, find_map, texel
 from relume.sensors.colors import LUMINANCE
 
 
-def read_image(props):
+def read_image(props: mi.Properties) -> np.ndarray:
     """RGB image, shape (h, w, 3), float32, from the parameters `filename` or `bitmap`."""
     if ("filename" in props) == ("bitmap" in props):
         raise ValueError("ibldome: give either filename or bitmap")
@@ -108,7 +110,7 @@ def read_image(props):
     return np.array(rgb, dtype=np.float32)
 
 
-def spectral_texels(image):
+def spectral_texels(image: np.ndarray) -> np.ndarray:
     """What the kernel gathers: RGB, or in spectral variants sRGB model coefficients and a scale.
 
     The conversion to coefficients is the stock envmap's.
@@ -123,7 +125,9 @@ def spectral_texels(image):
     return np.array(mi.traverse(converted)["data"])[:h, 1 : 1 + w]
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class IblDome(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)

@@ -65,13 +65,17 @@ scattered ray never does.
     </emitter>
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class ParallelBeam(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)

@@ -60,6 +60,8 @@ promises that their :math:`(u, v)` cover the image once.
     </shape>
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
@@ -68,7 +70,7 @@ BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
 
 
-def cone(distance, radius):
+def cone(distance: mi.Float, radius: mi.Float) -> tuple[mi.Float, mi.Float]:
     """Squared sine and cosine of the half angle of the cone that a sphere fills, seen from outside.
 
     Args:
@@ -80,7 +82,9 @@ def cone(distance, radius):
     return sine2, dr.safe_sqrt((distance - radius) * (distance + radius)) / distance
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class TwoSidedArea(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)

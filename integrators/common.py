@@ -11,7 +11,7 @@ NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
 
 
-def nested_integrator(props):
+def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
     """The one sampling integrator nested in another one.
 
     Args:
@@ -26,7 +26,9 @@ def nested_integrator(props):
     return nested[0]
 
 
-def with_depth_range(integrator, min_depth, max_depth):
+def with_depth_range(
+    integrator: mi.SamplingIntegrator, min_depth: int, max_depth: int
+) -> mi.SamplingIntegrator:
     """An integrator for the light of some paths alone.
 
     Args:
@@ -43,7 +45,7 @@ def with_depth_range(integrator, min_depth, max_depth):
     return integrator.with_depth_range(min_depth, max_depth)
 
 
-def path_depths(props):
+def path_depths(props: mi.Properties) -> tuple[int, int]:
     """The parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 
     Args:
@@ -64,14 +66,16 @@ def path_depths(props):
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 
-def power_heuristic(pdf, other):
+def power_heuristic(pdf: mi.Float, other: mi.Float) -> mi.Float:
     """Return the weight of a sample of density `pdf` that `other` might have drawn, 0 for 0/0."""
     a, b = pdf * pdf, other * other
     w = a / (a + b)
     return dr.select(dr.isfinite(w), w, 0)
 
 
-def russian_roulette(throughput, eta, depth, rr_depth, sample):
+def russian_roulette(
+    throughput: mi.Spectrum, eta: mi.Float, depth: mi.UInt32, rr_depth: int, sample: mi.Float
+) -> tuple[mi.Spectrum, mi.Bool]:
     """End dim paths by chance, once they are long, and make up for it in those that go on.
 
     Args:
@@ -111,7 +115,9 @@ class PreviousVertex:
         return cls(dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True))
 
 
-def emission(scene, si, previous: PreviousVertex, active):
+def emission(
+    scene: mi.Scene, si: mi.SurfaceInteraction3f, previous: PreviousVertex, active: mi.Bool
+) -> mi.Spectrum:
     """Return what a ray gets of the emitter that it meets, weighted against emitter sampling."""
     ds = mi.DirectionSample3f(scene, si, previous.si)
     pdf = scene.pdf_emitter_direction(previous.si, ds, active & ~previous.delta)

@@ -74,6 +74,8 @@ Subsurface Scattering", 2015 (``normalized``).
     {'type': 'dipole', 'profile': 'standard', 'max_depth': 16}
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.common import choice
@@ -103,7 +105,9 @@ SURFACE, ENTRY, INNER, CROSSING = range(4)
 inside from the boundary; runs on from a point inside where it has scattered."""
 
 
-def define():
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
+
     class Dipole(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)

@@ -41,6 +41,8 @@ spectral ones.
     {'type': 'dispersivepath', 'max_depth': 16}
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
@@ -53,7 +55,9 @@ from relume.integrators.common import (
 )
 
 
-def define():
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
+
     class DispersivePath(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)

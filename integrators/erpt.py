@@ -57,16 +57,22 @@ a limit of consecutive rejections, as in the paper's filters, would darken the p
     {'type': 'erpt', 'length': 1024, 'nested': {'type': 'path'}}
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import mitsuba as mi
 import numpy as np
 from relume.integrators.markovchains import ChainParameters, run_chains
 from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.AdjointIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
-    class ERPT(metropolis_class(mi.variant())):
+    Base: Any = metropolis_class(mi.variant())
+
+    class ERPT(Base):
         def __init__(self, props):
             super().__init__(props)
             self.length = props.get("length", 512)

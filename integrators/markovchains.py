@@ -21,13 +21,24 @@ dimension, computed when the path asks for them, and again when an accepted path
 to it does not matter. Weights are bounded, and the unit is chosen so that no sum can overflow.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.integrators.primarysamples import MUTATIONS, hash_u32, key, perturb, uniform
+from relume.integrators.primarysamples import (
+    MUTATIONS,
+    PathSampler,
+    hash_u32,
+    key,
+    perturb,
+    uniform,
+)
 from relume.integrators.uniformsamples import stratified_rows, with_film_position
 from relume.sensors.colors import LUMINANCE, absolute_luminance
 
@@ -91,7 +102,15 @@ class ChainResults:
     longest_rejection: np.ndarray
 
 
-def run_chains(paths, importance, index, half, count, seeds, parameters):
+def run_chains(
+    paths: PathSampler,
+    importance: np.ndarray,
+    index: np.ndarray,
+    half: np.ndarray,
+    count: int,
+    seeds: Sequence[int],
+    parameters: ChainParameters,
+) -> ChainResults:
     """Run Markov chains.
 
     Args:
@@ -134,7 +153,7 @@ def run_chains(paths, importance, index, half, count, seeds, parameters):
     return ChainResults(sums, *(values.numpy().astype(float) for values in figures))
 
 
-def aligned_copy(values, dtype):
+def aligned_copy(values: np.ndarray, dtype: type) -> np.ndarray:
     """Copy an array (n,) to a multiple of 64 bytes.
 
     Dr.Jit takes arrays where they lie, and compiles other kernels for those that lie elsewhere.
@@ -142,12 +161,12 @@ def aligned_copy(values, dtype):
     size = len(values) * np.dtype(dtype).itemsize
     memory = np.empty(size + 64, np.uint8)
     start = -memory.ctypes.data % 64
-    copy = memory[start : start + size].view(dtype)
+    copy: np.ndarray = memory[start : start + size].view(dtype)
     copy[:] = values
     return copy
 
 
-def masked(mask, value):
+def masked(mask: mi.Bool, value: Any) -> Any:
     """Return `value` where `mask` holds, else 0, to be added to a sum."""
     return dr.select(mask, value, 0)
 
@@ -239,7 +258,7 @@ def _run(
     return figures, left, (pixel * 3 + layer, pixel * 3)
 
 
-def splat(film, value, index, active):
+def splat(film: mi.Int64, value: mi.Float, index: mi.UInt32, active: mi.Bool) -> None:
     """Add the integer nearest to a value to a film."""
     # Direct: other modes keep a film for each thread.
     dr.scatter_add(film, mi.Int64(dr.round(value)), index, active, mode=dr.ReduceMode.Direct)

@@ -1,5 +1,7 @@
 """What `pssmlt` and `erpt` share: the pilot, the seeds of the chains and the statistics."""
 
+from __future__ import annotations
+
 import functools
 from dataclasses import dataclass
 
@@ -7,8 +9,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
+from relume.integrators.markovchains import ChainResults
 from relume.integrators.primarysamples import MUTATIONS, PathSampler
-from relume.integrators.uniformsamples import pixel_means, uniform_samples
+from relume.integrators.uniformsamples import Samples, pixel_means, uniform_samples
 
 PILOT_SAMPLES = 2**15
 """Uniform samples of each half of the pilot."""
@@ -35,7 +38,7 @@ class Pilot:
     second_moment: float
 
     @classmethod
-    def of(cls, paths):
+    def of(cls, paths: PathSampler) -> Pilot:
         """Trace the pilot of a scene."""
         from scipy.ndimage import gaussian_filter
 
@@ -61,7 +64,7 @@ class Pilot:
         return cls(importance, I.mean(), np.mean(I**2) / I.mean() ** 2)
 
 
-def systematic_resampling(I, chains, u):
+def systematic_resampling(I: np.ndarray, chains: int, u: float) -> np.ndarray:
     """Draw the samples that chains start from, with probability in proportion to I.
 
     Args:
@@ -80,25 +83,25 @@ def systematic_resampling(I, chains, u):
 class Statistics:
     """What the chains of all renders so far have done."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.uniform = self.sum_Y = self.sum_YY = 0.0
         self.small = self.accepted_small = self.large = self.accepted_large = 0.0
         self.seeds = self.longest_rejection = 0.0
         self.fallback_reason = ""
         self.direct_samples = 0
 
-    def add_uniform(self, n, sum_Y, sum_YY):
+    def add_uniform(self, n: float, sum_Y: float, sum_YY: float) -> None:
         """Add n uniform samples by the sums of their luminance and of its square."""
         self.uniform += n
         self.sum_Y += sum_Y
         self.sum_YY += sum_YY
 
-    def add_samples(self, samples):
+    def add_samples(self, samples: Samples) -> None:
         """Add `Samples`."""
         Y = samples.luminance
         self.add_uniform(len(Y), Y.sum(), np.sum(Y * Y))
 
-    def add_chains(self, found, mutations):
+    def add_chains(self, found: ChainResults, mutations: int) -> None:
         """Add `ChainResults` of so many mutations."""
         large = found.large_steps.sum()
         self.add_uniform(large, found.luminance.sum(), found.squared.sum())
@@ -108,7 +111,7 @@ class Statistics:
         self.accepted_small += found.accepted_small.sum()
         self.longest_rejection = max(self.longest_rejection, found.longest_rejection.max())
 
-    def lines(self):
+    def lines(self) -> list[str]:
         """Return the report, a string for each line."""
         if not self.uniform:
             return []
@@ -131,13 +134,13 @@ class Statistics:
         ]
 
 
-def effective_seeds(I, chains):
+def effective_seeds(I: np.ndarray, chains: int) -> float:
     """Return the effective number of different seeds among `chains` resampled by I (n,)."""
     square = np.sum(I * I)
     return min(chains, np.sum(I) ** 2 / square) if square else 0.0
 
 
-def mutation_sizes(name, props):
+def mutation_sizes(name: str, props: mi.Properties) -> tuple[float, float]:
     """The sizes of a mutation.
 
     Raises:
@@ -153,7 +156,7 @@ def mutation_sizes(name, props):
 
 
 @functools.cache
-def metropolis_class(_variant):
+def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
     """The base class of both integrators under the variant in use."""
 
     class Metropolis(mi.AdjointIntegrator):

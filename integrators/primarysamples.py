@@ -9,8 +9,12 @@ Random numbers are a hash of a key (64 bits) and the dimension: whoever knows th
 any of them again, in any order, and nothing need be stored.
 """
 
+from __future__ import annotations
+
 import functools
 import math
+from collections.abc import Callable
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -20,21 +24,27 @@ from relume.sensors.pixelsamples import sample_pixels
 BELOW_ONE = 1 - 2.0**-24
 """The largest number that a sampler may return in single precision."""
 
+Key = tuple[Any, Any]
+"""Two words, ``mi.UInt32``, from which a row of random numbers follows."""
 
-def half_hash(x):
+Numbers = Callable[[Any], Any]
+"""A row of numbers: from a dimension, ``mi.UInt32``, to the number in [0, 1), ``mi.Float``."""
+
+
+def half_hash(x: mi.UInt32) -> mi.UInt32:
     """The first of the two rounds of `hash_u32`."""
     x = x ^ (x >> 16)
     x = x * 0x7FEB352D
     return x ^ (x >> 15)
 
 
-def hash_u32(x):
+def hash_u32(x: mi.UInt32) -> mi.UInt32:
     """A permutation of the 32-bit integers: every bit of the result depends on every bit of `x`."""
     x = half_hash(x) * 0x846CA68B
     return x ^ (x >> 16)
 
 
-def key(index, seed):
+def key(index: mi.UInt32, seed: mi.UInt32) -> Key:
     """Keys of independent rows of random numbers.
 
     Args:
@@ -48,20 +58,20 @@ def key(index, seed):
     return first, hash_u32(first ^ 0x51ED270B)
 
 
-def uniform(key, dimension):
+def uniform(key: Key, dimension: mi.UInt32) -> mi.Float:
     """The random number in [0, 1) of a key and a dimension (`mi.UInt32`)."""
     x = half_hash(key[0] + dimension * 0x9E3779B9) ^ key[1]
     x = x * 0x846CA68B
     return mi.Float((x ^ (x >> 16)) >> 8) * 2.0**-24
 
 
-def kelemen(r, _, s1, s2):
+def kelemen(r: mi.Float, _: mi.Float, s1: float, s2: float) -> mi.Float:
     """Offset of size between `s1` and `s2`, its logarithm uniform (Kelemen et al., section 4)."""
     size = s2 * dr.exp(-math.log(s2 / s1) * dr.abs(2 * r - 1))
     return dr.select(r < 0.5, -size, size)
 
 
-def mixed_sizes(r, q, s1, s2):
+def mixed_sizes(r: mi.Float, q: mi.Float, s1: float, s2: float) -> mi.Float:
     """`kelemen`, or with probability 1/2 an offset up to a size that is the same for all numbers.
 
     Some bright paths survive only small changes: all of their numbers have to move little at once.
@@ -70,13 +80,13 @@ def mixed_sizes(r, q, s1, s2):
     return dr.select(q < 0.5, (2 * r - 1) * size, kelemen(r, q, s1, s2))
 
 
-def lux(r, _, s1, s2):
+def lux(r: mi.Float, _: mi.Float, s1: float, s2: float) -> mi.Float:
     """Offset x of density proportional to ``1 / (|x| + c)²``, as in LuxRender (language 13.6)."""
     size = s1 / (s1 / s2 + dr.abs(2 * r - 1)) - s1 / (s1 / s2 + 1)
     return dr.select(r < 0.5, -size, size)
 
 
-def gaussian(r, _, __, s2):
+def gaussian(r: mi.Float, _: mi.Float, __: float, s2: float) -> mi.Float:
     """Offset of the normal distribution with standard deviation `s2`."""
     return s2 * math.sqrt(2) * dr.erfinv(dr.clip(2 * r - 1, -BELOW_ONE, BELOW_ONE))
 
@@ -91,14 +101,14 @@ MUTATIONS = {
 offset follows from a number in [0, 1) of its own and one of the whole step."""
 
 
-def perturb(u, offset):
+def perturb(u: mi.Float, offset: mi.Float) -> mi.Float:
     """Move a number by an offset on the circle of circumference 1."""
     u = u + offset
     return dr.minimum(u - dr.floor(u), BELOW_ONE)
 
 
 @functools.cache
-def sampler_class(_variant):
+def sampler_class(_variant: str) -> type[mi.Sampler]:
     """The class of samplers that hand out the numbers of a function, under the variant in use."""
 
     class PrimarySampler(mi.Sampler):
@@ -129,7 +139,9 @@ class PathSampler:
         integrator: `mi.SamplingIntegrator`.
     """
 
-    def __init__(self, scene, sensor, integrator):
+    def __init__(
+        self, scene: mi.Scene, sensor: mi.Sensor, integrator: mi.SamplingIntegrator
+    ) -> None:
         self.scene = scene
         self.sensor = sensor
         self.integrator = integrator
@@ -140,7 +152,9 @@ class PathSampler:
         self.columns, self.pixel_count = mi.UInt32(self.width), mi.UInt32(self.pixels)
         dr.make_opaque(self.size, self.columns, self.pixel_count)
 
-    def film_position(self, i, n, jitter, u):
+    def film_position(
+        self, i: mi.UInt32, n: mi.UInt32, jitter: mi.Float, u: mi.Point2f
+    ) -> mi.Point2f:
         """Film position of sample `i` of `n` that are spread evenly over the pixels.
 
         Args:
@@ -158,7 +172,7 @@ class PathSampler:
         x = pixel - y * self.columns
         return dr.minimum((mi.Point2f(x, y) + u) / self.size, BELOW_ONE)
 
-    def trace(self, number):
+    def trace(self, number: Numbers) -> tuple[mi.Color3f, mi.UInt32, mi.UInt32]:
         """Trace the path of a row of numbers.
 
         Args:

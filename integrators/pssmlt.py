@@ -97,6 +97,10 @@ L. Guibas, "Metropolis Light Transport", SIGGRAPH 1997 (two stages).
     {'type': 'pssmlt', 'large_step_probability': 0.3, 'nested': {'type': 'path'}}
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import mitsuba as mi
 import numpy as np
 from relume.integrators.markovchains import ChainParameters, run_chains
@@ -112,10 +116,12 @@ MAX_SHARE = 1 / 16
 """Most that one sample corrects b by, in units of b, so that 4 standard deviations stay above 0."""
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.AdjointIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
-    class PSSMLT(metropolis_class(mi.variant())):
+    Base: Any = metropolis_class(mi.variant())
+
+    class PSSMLT(Base):
         def __init__(self, props):
             super().__init__(props)
             self.p_large = props.get("large_step_probability", 0.3)

@@ -35,13 +35,15 @@ per pixel.
     {'type': 'samplescale', 'luminance_limit': 20.0, 'nested': {'type': 'path'}}
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 from relume.integrators.common import nested_integrator, with_depth_range
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
     class SampleScale(mi.SamplingIntegrator):
         def __init__(self, props):

@@ -26,12 +26,14 @@ have none.
     {'type': 'shadowcatching', 'nested': {'type': 'path'}}
 """
 
+from __future__ import annotations
+
 import mitsuba as mi
 from relume.integrators.common import nested_integrator, with_depth_range
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
     class ShadowCatching(mi.SamplingIntegrator):
         def __init__(self, props):

@@ -1,5 +1,7 @@
 """Single scattering in a translucent object: free flight, phase function, and the way out."""
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import SubsurfaceMedium
@@ -10,19 +12,19 @@ MAX_G = 0.999
 """Largest magnitude of g in the phase function: beyond, its peak exceeds what float32 resolves."""
 
 
-def no_medium():
+def no_medium() -> SubsurfaceMedium:
     """The `SubsurfaceMedium` of lanes that have none."""
     zero = mi.Spectrum(0)
     one, none = mi.Float(1), mi.Float(0)
     return SubsurfaceMedium(zero, mi.Spectrum(0), mi.Spectrum(0), one, none, mi.Spectrum(0))
 
 
-def clamped(g):
+def clamped(g: mi.Spectrum) -> mi.Spectrum:
     """Return the mean cosine as the phase function takes it."""
     return dr.clip(g, -MAX_G, MAX_G)
 
 
-def phase(medium, cos):
+def phase(medium: SubsurfaceMedium, cos: mi.Float) -> mi.Spectrum:
     """Return Henyey and Greenstein's phase function per channel [1/sr].
 
     Args:
@@ -33,13 +35,19 @@ def phase(medium, cos):
     return mi.Spectrum(henyey_greenstein(g, 1 - dr.mulsign(mi.Spectrum(cos), g)))
 
 
-def phase_mixture(medium, throughput, cos):
+def phase_mixture(medium: SubsurfaceMedium, throughput: mi.Spectrum, cos: mi.Float) -> mi.Float:
     """Return the density of `sample_phase` [1/sr], at the cosine of its two directions."""
     _, p = sample_channel(throughput, mi.Float(0))
     return dr.sum(p * phase(medium, cos))
 
 
-def sample_phase(medium, throughput, d, sample1, sample2):
+def sample_phase(
+    medium: SubsurfaceMedium,
+    throughput: mi.Spectrum,
+    d: mi.Vector3f,
+    sample1: mi.Float,
+    sample2: mi.Point2f,
+) -> mi.Vector3f:
     """Draw a direction of travel by the phase function of one channel.
 
     Args:
@@ -57,7 +65,9 @@ def sample_phase(medium, throughput, d, sample1, sample2):
     return mi.Frame3f(d).to_world(mi.Vector3f(sin * cos_phi, sin * sin_phi, cos))
 
 
-def sample_distance(medium, throughput, distance, sample):
+def sample_distance(
+    medium: SubsurfaceMedium, throughput: mi.Spectrum, distance: mi.Float, sample: mi.Point2f
+) -> tuple[mi.Bool, mi.Float, mi.Spectrum]:
     """Draw where a path inside scatters, with the channels weighed by the throughput.
 
     Args:
@@ -80,7 +90,9 @@ def sample_distance(medium, throughput, distance, sample):
     return scatters, s, dr.select(pdf > 0, weight / dr.select(pdf > 0, pdf, 1), 0)
 
 
-def leave_straight(medium, si, w, before):
+def leave_straight(
+    medium: SubsurfaceMedium, si: mi.SurfaceInteraction3f, w: mi.Vector3f, before: mi.Vector3f
+) -> mi.Spectrum:
     """Follow a path that has scattered inside straight out of the boundary.
 
     Args:

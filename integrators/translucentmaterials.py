@@ -1,8 +1,14 @@
 """The translucent materials of a scene, and their media."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.singlescattering import no_medium
 
 
@@ -15,7 +21,7 @@ class TranslucentMaterials:
         refract: whether paths run on inside some material, which those of level -2 do not allow.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene: mi.Scene) -> None:
         self.inner = {}
         self.has_blends = False
         for outer in outermost_materials(scene):
@@ -29,7 +35,7 @@ class TranslucentMaterials:
     def __bool__(self):
         return bool(self.inner)
 
-    def translucent(self, bsdf):
+    def translucent(self, bsdf: mi.BSDFPtr) -> mi.BSDFPtr:
         """Return the ``mi.BSDFPtr`` of what is translucent in a mask, a bump map and the like."""
         pairs = [
             [dr.reinterpret_array(mi.UInt32, mi.BSDFPtr(b))[0] for b in pair]
@@ -45,7 +51,7 @@ class TranslucentMaterials:
         return dr.reinterpret_array(mi.BSDFPtr, index)
 
 
-def nested(parent, kind):
+def nested(parent: mi.Object, kind: type) -> list[Any]:
     """The objects of a kind directly below `parent`."""
 
     class Collector(mi.TraversalCallback):
@@ -62,7 +68,7 @@ def nested(parent, kind):
     return collector.found
 
 
-def outermost_materials(parent):
+def outermost_materials(parent: mi.Object) -> set[Any]:
     """The BSDFs of all shapes below `parent`, those of instances included."""
     materials = set(nested(parent, mi.BSDF))
     for shape in nested(parent, mi.Shape):
@@ -70,7 +76,7 @@ def outermost_materials(parent):
     return materials
 
 
-def leaf_materials(bsdf):
+def leaf_materials(bsdf: mi.BSDF) -> Iterator[mi.BSDF]:
     """Yield the BSDFs below `bsdf` that have none below them, itself if it has none."""
     children = nested(bsdf, mi.BSDF)
     if not children:
@@ -79,6 +85,6 @@ def leaf_materials(bsdf):
         yield from leaf_materials(child)
 
 
-def medium_of(bsdf, si, active):
+def medium_of(bsdf: mi.BSDF, si: mi.SurfaceInteraction3f, active: mi.Bool) -> SubsurfaceMedium:
     """The `SubsurfaceMedium` of one BSDF, for ``dr.dispatch``."""
     return bsdf.medium(si, active) if hasattr(bsdf, "medium") else no_medium()

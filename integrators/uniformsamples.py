@@ -1,11 +1,13 @@
 """Independent samples of primary sample space, spread evenly over the film."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.integrators.primarysamples import key, uniform
+from relume.integrators.primarysamples import Key, PathSampler, key, uniform
 from relume.sensors.colors import absolute_luminance
 
 DIM_STRATUM = 0xFFFFFFF2
@@ -29,13 +31,15 @@ class Samples:
     pixel: np.ndarray
     luminance: np.ndarray
 
-    def film(self, weight, pixels):
+    def film(self, weight: np.ndarray, pixels: int) -> np.ndarray:
         """Sums of f times `weight` (n,): (pixels, 3)."""
         sums = [np.bincount(self.pixel, self.f[:, i] * weight, pixels) for i in range(3)]
         return np.stack(sums, axis=-1)
 
 
-def stratified_rows(paths, index, half, count, seed):
+def stratified_rows(
+    paths: PathSampler, index: mi.UInt32, half: mi.UInt32, count: mi.UInt32, seed: mi.UInt32
+) -> tuple[Key, mi.Point2f]:
     """Keys and film positions of uniform samples, stratified over the pixels.
 
     Args:
@@ -51,19 +55,21 @@ def stratified_rows(paths, index, half, count, seed):
     return own, paths.film_position(index, count, jitter, in_pixel)
 
 
-def with_film_position(position, dimension, otherwise):
+def with_film_position(position: mi.Point2f, dimension: mi.UInt32, otherwise: mi.Float) -> mi.Float:
     """The number of a dimension of a path whose position on the film is given."""
     return dr.select(dimension < 2, dr.select(dimension == 0, position.x, position.y), otherwise)
 
 
-def trace_uniform(paths, own, position):
+def trace_uniform(
+    paths: PathSampler, own: Key, position: mi.Point2f
+) -> tuple[mi.Color3f, mi.UInt32]:
     """Colours and pixels of the paths from film positions whose other numbers follow from keys."""
     f, pixel, _ = paths.trace(lambda d: with_film_position(position, d, uniform(own, d)))
     # A value for each path, also where all are known beforehand to be the same.
     return f + dr.zeros(mi.Color3f, dr.width(own)), pixel
 
 
-def uniform_samples(paths, count, seed):
+def uniform_samples(paths: PathSampler, count: int, seed: int) -> Samples:
     """Trace `count` paths for each of two halves, of independent random numbers.
 
     Args:
@@ -89,7 +95,7 @@ def uniform_samples(paths, count, seed):
     return Samples(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def pixel_means(paths, spp, seed):
+def pixel_means(paths: PathSampler, spp: int, seed: int) -> tuple[np.ndarray, float, float]:
     """The picture by `spp` independent samples of each pixel.
 
     Args:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import ExitPoint
+from relume.integrators.diffusion import ExitPoint, Standard
 from relume.integrators.singlescattering import (
     leave_straight,
     no_medium,
@@ -69,7 +69,15 @@ class Vertex:
     sampled_type: mi.UInt32
 
 
-def at_surface(bsdf, ctx, si, d, sample1, sample2, active) -> Vertex:
+def at_surface(
+    bsdf: mi.BSDFPtr,
+    ctx: mi.BSDFContext,
+    si: mi.SurfaceInteraction3f,
+    d: mi.Vector3f,
+    sample1: mi.Float,
+    sample2: mi.Point2f,
+    active: mi.Bool,
+) -> Vertex:
     """Scatter by the BSDF of a surface.
 
     Args:
@@ -85,7 +93,13 @@ def at_surface(bsdf, ctx, si, d, sample1, sample2, active) -> Vertex:
     return Vertex(f, pdf, si.to_world(bs.wo), bs.pdf, weight, bs.eta, bs.sampled_type)
 
 
-def at_entry(profile, interior: Interior, si, d, sample) -> Vertex:
+def at_entry(
+    profile: type[Standard],
+    interior: Interior,
+    si: mi.SurfaceInteraction3f,
+    d: mi.Vector3f,
+    sample: mi.Point2f,
+) -> Vertex:
     """Go on from where light enters by diffusion, with a cosine distribution.
 
     Args:
@@ -109,7 +123,15 @@ def at_entry(profile, interior: Interior, si, d, sample) -> Vertex:
     )
 
 
-def at_scattering(medium, throughput, before, d, arrives, sample1, sample2) -> Vertex:
+def at_scattering(
+    medium: SubsurfaceMedium,
+    throughput: mi.Spectrum,
+    before: mi.Vector3f,
+    d: mi.Vector3f,
+    arrives: mi.Spectrum,
+    sample1: mi.Float,
+    sample2: mi.Point2f,
+) -> Vertex:
     """Scatter by the phase function of a medium.
 
     Args:
@@ -135,7 +157,7 @@ def at_scattering(medium, throughput, before, d, arrives, sample1, sample2) -> V
     )
 
 
-def at_crossing(medium, d) -> Vertex:
+def at_crossing(medium: SubsurfaceMedium, d: mi.Vector3f) -> Vertex:
     """Leave a medium straight on along `d`, as `leave_straight` has it, which has the weight."""
     zero, one = mi.Spectrum(0), mi.Spectrum(1)
     return Vertex(
@@ -143,7 +165,15 @@ def at_crossing(medium, d) -> Vertex:
     )
 
 
-def through_medium(interior: Interior, throughput, ray, si, sample, inside, crossing):
+def through_medium(
+    interior: Interior,
+    throughput: mi.Spectrum,
+    ray: mi.Ray3f,
+    si: mi.SurfaceInteraction3f,
+    sample: mi.Point2f,
+    inside: mi.Bool,
+    crossing: mi.Bool,
+) -> tuple[mi.Bool, mi.Float, mi.Spectrum]:
     """Follow a path through a medium to the surface that its ray meets.
 
     Args:
@@ -187,7 +217,16 @@ class EmitterSample:
 
 
 @dr.syntax
-def sample_emitter(scene, interior, vertex, before, sample, active, scatters, refract):
+def sample_emitter(
+    scene: mi.Scene,
+    interior: Interior,
+    vertex: mi.SurfaceInteraction3f,
+    before: mi.Vector3f,
+    sample: mi.Point2f,
+    active: mi.Bool,
+    scatters: mi.Bool,
+    refract: bool,
+) -> EmitterSample:
     """Draw a point of an emitter and look whether it is seen.
 
     Args:

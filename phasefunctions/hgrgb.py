@@ -37,6 +37,8 @@ Journal 93, 1941, eq. 2; legacy manual, `PAHASE`. Its inverse, by which directio
     {'type': 'homogeneous', 'phase': {'type': 'hgrgb', 'g': [0.9, 0.8, 0.7]}}
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -50,12 +52,14 @@ DELTA_DENSITY = 1e9
 its weight in multiple importance sampling is 1, and with a square that single precision holds."""
 
 
-def toward(wi, g):
+def toward(wi: mi.Vector3f, g: mi.Float) -> mi.Vector3f:
     """Return the direction that g favours: straight on, for g >= 0, or back to `wi`."""
     return dr.select(g >= 0, -wi, wi)
 
 
-def define():
+def define() -> type[mi.PhaseFunction]:
+    """Return the plugin's class for the variant in use."""
+
     class HenyeyGreensteinRGB(mi.PhaseFunction):
         def __init__(self, props):
             mi.PhaseFunction.__init__(self, props)

@@ -44,12 +44,14 @@ lens of the original renderer, which is a thin lens only for a camera that looks
      'film': {'type': 'hdrfilm', 'width': 640, 'height': 480}}
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.Sensor]:
+    """Return the plugin's class for the variant in use."""
 
     class ScreenCamera(mi.Sensor):
         def __init__(self, props):
