@@ -12,7 +12,7 @@ NO_LIMIT = 0xFFFFFFFF
 
 
 def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
-    """The one sampling integrator nested in another one.
+    """Return the one sampling integrator that is nested in another one.
 
     Args:
         props: `mi.Properties` of the outer integrator.
@@ -29,7 +29,7 @@ def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
 def with_depth_range(
     integrator: mi.SamplingIntegrator, min_depth: int, max_depth: int
 ) -> mi.SamplingIntegrator:
-    """An integrator for the light of some paths alone.
+    """Return an integrator for paths of a range of depths alone.
 
     Args:
         integrator: `mi.SamplingIntegrator`.
@@ -37,7 +37,7 @@ def with_depth_range(
         max_depth: longest path.
 
     Raises:
-        ValueError: the integrator cannot part its light.
+        ValueError: the integrator cannot leave out paths by their depth.
     """
     if not hasattr(integrator, "with_depth_range"):
         name = integrator.class_name()
@@ -46,7 +46,7 @@ def with_depth_range(
 
 
 def path_depths(props: mi.Properties) -> tuple[int, int]:
-    """The parameters ``max_depth`` and ``rr_depth`` of a path tracer.
+    """Read the parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 
     Args:
         props: `mi.Properties` of the integrator.

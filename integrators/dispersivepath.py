@@ -69,7 +69,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
 
         def with_depth_range(self, min_depth, max_depth):
-            """The same integrator for the light of paths of some lengths alone."""
+            """Return the same integrator for paths of these depths alone."""
             return mi.load_dict(
                 {
                     "type": "dispersivepath",
@@ -136,9 +136,9 @@ def define() -> type[mi.SamplingIntegrator]:
 
                 # ------------------------- hero wavelength -------------------------
 
-                parts = ~dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
-                β *= weight * dr.select(parts, mi.Float(wavelengths), 1)
-                dispersed |= parts & active_next
+                disperses = ~dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
+                β *= weight * dr.select(disperses, mi.Float(wavelengths), 1)
+                dispersed |= disperses & active_next
 
                 # ------------------------- next vertex, roulette -------------------------
 

@@ -57,7 +57,7 @@ def define() -> type[mi.SamplingIntegrator]:
 
         def with_depth_range(self, min_depth, max_depth):
             if self.limited:
-                raise ValueError("samplescale cannot part light of which luminance_limit cuts")
+                raise ValueError("samplescale: luminance_limit applies to all depths at once")
             nested = with_depth_range(self.nested, min_depth, max_depth)
             return mi.load_dict({"type": "samplescale", "response": self.factor, "nested": nested})
 

@@ -84,9 +84,7 @@ def define() -> type[mi.PhaseFunction]:
                 return [dr.mean(self.g)]
             to_green = dr.clip((wavelengths - BLUE) / (GREEN - BLUE), 0, 1)
             to_red = dr.clip((wavelengths - GREEN) / (RED - GREEN), 0, 1)
-            return list(
-                dr.lerp(dr.lerp(self.g[2], self.g[1], to_green), self.g[0], to_red)
-            )
+            return list(dr.lerp(dr.lerp(self.g[2], self.g[1], to_green), self.g[0], to_red))
 
         def lobe(self, g, wi, wo):
             """Return p for one channel, 0 for a Dirac lobe."""

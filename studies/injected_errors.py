@@ -49,6 +49,7 @@ phong = of("bsdfs/phong.py", f"{PHONG}::test_eval_is_the_formula")
 lobes = of("bsdfs/common.py", PHONG + COARSE)
 glass = of("bsdfs/schlickglass.py", f"{GLASS}::test_lobes_are_the_formulas")
 dispersion = of("bsdfs/dispersion.py", f"{DISPERSION}::test_published_indices")
+phase = of("phasefunctions/henyeygreenstein.py", "phasefunctions/test_henyeygreenstein.py")
 catcher = of("bsdfs/shadowcatcher.py", "bsdfs/test_shadowcatcher.py")
 translucent = of("bsdfs/subsurface.py", DIPOLE)
 profiles = of("integrators/diffusion.py", DIPOLE)
@@ -179,6 +180,12 @@ MUTATIONS = [
     ),
     dispersion("Cauchy's third coefficient 2 % too high", "v2 * (c + v2", "v2 * (1.02 * c + v2"),
     dispersion("formula99's numerator 2 % too high", "n = a + b / (", "n = a + 1.02 * b / ("),
+    phase(
+        "phase function 2 % too high",
+        "(1 + a) * dr.inv_four_pi",
+        "(1 + a) * 1.02 * dr.inv_four_pi",
+    ),
+    phase("scattering 2 % too wide", "return x / dr.square(", "return 1.02 * x / dr.square("),
     catcher(
         "catcher's reflectance 2 % too high in samples",
         "rho = self.reflectance.eval(si, active & ~passes)",
