@@ -22,7 +22,7 @@ from relume.accumulator import Accumulator
 from relume.cores import available_cores
 from relume.passes import Pass, PassPlan, PassSet
 from relume.progress import Progress
-from relume.translator.media import BOUNDARY
+from relume.sensors.pixelsamples import sample_pixels
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
@@ -140,12 +140,6 @@ def samples_rays(integrator: Integrator) -> bool:
     return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
 
 
-def medium_around(scene):
-    """The medium around the camera of a scene, or None: Mitsuba's sensors do not tell it."""
-    ends = (shape for shape in scene.shapes() if shape.id() == BOUNDARY)
-    return next((shape.interior_medium() for shape in ends), None)
-
-
 class Session:
     """Renders one loaded scene; the variant it was loaded under must stay set.
 
@@ -167,7 +161,6 @@ class Session:
         self, scene: Scene, spp: int, seed: int = 0, integrator: Integrator | None = None
     ) -> None:
         self.scene = scene
-        self.medium = medium_around(scene)
         self.sensor = scene.sensors()[0]
         self.integrator = integrator or scene.integrator()
         self.spp = int(spp)
@@ -237,28 +230,14 @@ class Session:
         y = pixel // width
         corner = mi.Point2f(pixel - y * width, y)
         size = mi.Vector2f(*(dr.opaque(mi.Float, x) for x in (self.width, self.height)))
-        position = (corner + self._in_pixel(sampler.next_2d())) / size
-        aperture = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
-        ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, aperture)
+        u = sampler.next_2d()
         with dr.suspend_grad():
-            L, *_ = self.integrator.sample(self.scene, sampler, ray, self.medium)
-        color = self._color(mi.unpolarized_spectrum(L * weight), ray)
+            color = sample_pixels(
+                self.scene, self.sensor, self.integrator, sampler, corner, u, size
+            )
         samples = [*color, *(color * color)]
         dr.eval(samples)
         return [dr.block_sum(channel, spp).numpy() for channel in samples]
-
-    def _color(self, L, ray):
-        """Linear RGB of radiances."""
-        if mi.is_spectral:
-            return mi.spectrum_to_srgb(L, ray.wavelengths)
-        return mi.Color3f(L[0]) if mi.is_monochromatic else mi.Color3f(L)
-
-    def _in_pixel(self, u):
-        """Offset in the pixel, distributed as the film's reconstruction filter."""
-        if self.sensor.film().rfilter().class_name() == "TentFilter":
-            return 0.5 + 0.5 * mi.warp.square_to_tent(u)
-        return u
 
     def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""

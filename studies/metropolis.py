@@ -40,7 +40,7 @@ METHODS = {
     "erpt": {"type": "erpt", "paths": PATHS},
 }
 NEVER_HANDED_OVER = {
-    "pssmlt, never handed over": {"type": "pssmlt", "fallback": False, "paths": PATHS}
+    "pssmlt, without fallback": {"type": "pssmlt", "fallback": False, "paths": PATHS}
 }
 """For the Cornell box, which is."""
 

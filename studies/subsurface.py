@@ -21,8 +21,7 @@ from relume import (
     integrators,  # noqa: F401
 )
 from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES
-from relume.integrators.dipole import Leave
+from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.translator.materials_table import MATERIALS
 from tests.integrators.test_dipole import fresnel, hemispherical, reflectance, rgb
 
@@ -118,7 +117,7 @@ def kernel(profile, alpha, eta, r):
     kind = PROFILES[profile]
     si = mi.SurfaceInteraction3f()
     si.p, si.sh_frame, r = mi.Point3f(0), mi.Frame3f([0, 0, 1]), mi.Float(r)
-    leave = Leave(mi.Point3f(r, 0, 0), mi.Normal3f(0, 0, 1))
+    leave = ExitPoint(mi.Point3f(r, 0, 0), mi.Normal3f(0, 0, 1))
     F_t = 1 - fresnel(1.0, eta)
     value = kind.entering(medium, leave, si, mi.Vector3f(0, 0, 1)) * (np.pi / F_t)
     value *= kind(medium, mi.Float(1e9)).weight(r)

@@ -263,7 +263,8 @@ def passes_of_one_sample(monkeypatch):
     monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24)
 
 
-def test_progress_is_told_after_each_pass(room, passes_of_one_sample):
+@pytest.mark.usefixtures("passes_of_one_sample")
+def test_progress_is_told_after_each_pass(room):
     told = []
     relume.render(room(), spp=3, progress=told.append)
     assert [(p.passes, p.all_passes, p.spp, p.all_spp) for p in told] == [

@@ -177,16 +177,6 @@ def test_a_sky_alone_is_exact(tmp_path, integrator):
     np.testing.assert_allclose(image, np.broadcast_to([0.2, 0.4, 3], (6, 8, 3)), rtol=1e-5)
 
 
-def test_the_tent_reaches_to_the_edges_of_the_pixel(room):
-    """Offsets lie in [0, 1], the variance of each coordinate is 1/24: half-width 1/2."""
-    grid = (np.arange(256) + 0.5) / 256
-    u = np.stack(np.meshgrid(grid, grid)).reshape(2, -1).astype(np.float32)
-    with open_session(translator.translate(relume.read(room("tentfilter\n1")))) as session:
-        offset = np.array(session._in_pixel(mi.Point2f(u)))
-    assert offset.min() >= 0 and offset.max() <= 1
-    np.testing.assert_allclose(offset.var(axis=1), 1 / 24, rtol=1e-3)
-
-
 # ---- cost
 
 
