@@ -13,6 +13,7 @@ import mitsuba as mi
 import numpy as np
 
 from relume import llvm, translator
+from relume.inputs import Inputs, file_names
 from relume.options import RenderOptions, kind_of
 from relume.session import (
     CannotRender,
@@ -24,7 +25,7 @@ from relume.session import (
     thread_count,
     variant_context,
 )
-from relume.translator import Document, Translation
+from relume.translator import Document, Translation, files_read
 from relume.translator.plan import METROPOLIS, RenderPlan, with_samples
 
 FALLBACK = "scalar_rgb"
@@ -79,6 +80,16 @@ def translated(scene: SceneSource, options: RenderOptions) -> Translation:
     """
     document = resized(document_of(scene), options.size, options.spp)
     return translator.translate(document, options.dialect, options.asset_path)
+
+
+def translated_with_inputs(
+    scene: SceneSource, options: RenderOptions
+) -> tuple[Translation, Inputs]:
+    """The translation of a scene, as `translated`, and the files that it reads."""
+    with files_read.recorded() as read:
+        translation = translated(scene, options)
+    named = file_names(translation.scene)
+    return translation, Inputs([translation.document.path, *read, *named])
 
 
 # ---- variants

@@ -14,7 +14,7 @@ from relume import fingerprint, output
 from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
 from relume.destination import Destination, Dumps, Keep
-from relume.loading import SceneSource, open_session, translated, usable_variant
+from relume.loading import SceneSource, open_session, translated_with_inputs, usable_variant
 from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
@@ -83,15 +83,15 @@ def render_file(
     Raises:
         CannotRender: as `relume.render`; and the passes left there are of another render, or of
             this one and `passes.resume` is not set.
-        OutputError: a file cannot be written.
+        OutputError: a file cannot be written, or is one that the scene reads.
         ValueError: a number out of range.
     """
     options = RenderOptions.of(options, **changes)
-    translation = translated(scene, options)
+    translation, inputs = translated_with_inputs(scene, options)
     report_losses(translation, console)
     document, planned = translation.document, translation.plan
     options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
-    destination = Destination(document, out)
+    destination = Destination(document, out, inputs)
     part = destination.part_path() if passes.only else None
     destination.check()
     plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)

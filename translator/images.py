@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image as PillowImage
 
-from . import radiance
+from . import files_read, radiance
 
 MAX_PIXELS = 1 << 26
 """Largest picture that is read (8192 x 8192 pixels)."""
@@ -132,6 +132,7 @@ def _read_bytes(path):
         raise ImageError(path, what)
     if Path(path).stat().st_size > MAX_BYTES:
         raise ImageError(path, f"is larger than {MAX_BYTES >> 20} MiB")
+    files_read.note(path)
     return Path(path).read_bytes()
 
 

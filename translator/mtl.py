@@ -11,6 +11,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from relume.translator import files_read
+
 MAX_BYTES = 16 << 20
 """Largest MTL file that is read (16 MiB)."""
 
@@ -177,6 +179,7 @@ def _read_text(path):
             raise MtlError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
             raise MtlError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
+        files_read.note(path)
         raw = Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise MtlError(path, None, None, f"cannot be read: {error}") from error

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from relume.translator import files_read
+
 MAX_BYTES = 1 << 30
 """Largest OBJ file that is read (1 GiB, about 25 million triangles)."""
 
@@ -108,6 +110,7 @@ def open_mesh(path):
             raise MeshError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
             raise MeshError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
+        files_read.note(path)
         return open(path, "rb", buffering=0)
     except (OSError, ValueError) as error:
         raise MeshError(path, None, None, f"cannot be read: {error}") from error

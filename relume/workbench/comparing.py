@@ -20,9 +20,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as Bar
 
 from relume import passes_file, translator
-from relume.loading import SceneSource, document_of, resized, variant_and_threads
+from relume.inputs import Inputs
+from relume.loading import (
+    SceneSource,
+    document_of,
+    resized,
+    translated_with_inputs,
+    variant_and_threads,
+)
 from relume.options import RenderOptions
-from relume.output import OutputError, check_writable
+from relume.output import OutputError, check_writable, replacing
 from relume.rendering import interruptible
 from relume.session import CannotRender, exr_threads, reason, variant_context
 from relume.translator.plan import samples
@@ -37,6 +44,7 @@ RUNS = 32
 FEWEST_RUNS = 8
 """Below, the scatter of the runs says too little of a variance."""
 
+PAGES = (".html", ".htm")
 PICTURES = (".exr", ".hdr")
 
 
@@ -55,9 +63,9 @@ def run(
         OutputError: the page cannot be written; and what `compare` raises.
     """
     if out is not None:
-        if Path(out).is_dir():
-            raise OutputError(f"cannot write {out}: it is a folder")
-        check_writable(Path(out))
+        options = {k: v for k, v in arguments.items() if k in ("dialect", "asset_path")}
+        _, inputs = translated_with_inputs(scene, RenderOptions(**options))
+        check_page(Path(out), inputs.and_(arguments.get("with_", "")))
     columns = (TextColumn("run"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
     quiet = not console.is_terminal
     with (
@@ -72,8 +80,24 @@ def run(
 
         found = compare(scene, progress=progress, **arguments)
     if out is not None:
-        Path(out).write_text(page(found), encoding="utf-8")
+        text = page(found)
+        with replacing(Path(out)) as temporary:
+            temporary.write_text(text, encoding="utf-8")
     return found
+
+
+def check_page(out: Path, inputs: Inputs) -> None:
+    """Check that the page of a comparison can be written.
+
+    Raises:
+        OutputError: it cannot, or would go over one of the files that are read.
+    """
+    if out.is_dir():
+        raise OutputError(f"cannot write {out}: it is a folder")
+    if out.suffix.lower() not in PAGES:
+        raise OutputError(f"cannot write {out}: the name of a page ends with .html")
+    inputs.refuse(out)
+    check_writable(out)
 
 
 def compare(

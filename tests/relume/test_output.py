@@ -187,10 +187,10 @@ def test_bmp_has_24_bits_and_ppm_is_text(tmp_path, image):
 
 
 @pytest.mark.parametrize("name", ["x.jpg", "x", "x_1.5(4spp)"])
-def test_any_other_extension_becomes_ppm(tmp_path, image, name):
-    path = output.write_image(tmp_path / name, image).paths[0]
-    assert path.name == ("x_1.5(4spp).ppm" if "spp" in name else "x.ppm")
-    assert path.read_text(encoding="ascii").startswith("P3\n")
+def test_any_other_extension_is_refused(tmp_path, image, name):
+    with pytest.raises(output.OutputError, match=r"expected one of \.hdr \.exr \.png \.bmp \.ppm"):
+        output.write_image(tmp_path / name, image)
+    assert not os.listdir(tmp_path)
 
 
 def test_exr_is_exact(tmp_path, image):
