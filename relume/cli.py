@@ -97,7 +97,7 @@ def render(
     per_pass: int | None,
     **options: Any,
 ) -> None:
-    """Render a scene file; Ctrl-C keeps the picture so far."""
+    """Render a scene file, or a Mitsuba scene (.xml); Ctrl-C keeps the picture so far."""
     from relume.rendering import PassOptions, render_file
 
     kept = PassOptions(resume, keep, passes, per_pass)
@@ -150,6 +150,7 @@ def convert(
         else:
             for path in converter.write_xml(scene, out, dialect, asset_path):
                 click.echo(path)
+            click.echo(f"render it by: {converter.render_command(out)}", err=True)
 
 
 @main.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import functools
+import shlex
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,8 +18,10 @@ from relume.options import RenderOptions
 from relume.output import OutputError, replacing
 from relume.session import exr_threads, variant_context
 from relume.translator.media import AROUND, REFERENCE
+from relume.translator.plan import RenderPlan
 from relume.translator.scene import OWN_PLUGINS
 from relume.translator.scene_values import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
+from relume.version import version
 
 
 def write_xml(
@@ -27,9 +30,9 @@ def write_xml(
     dialect: str = "manual",
     asset_path: Sequence[str | Path] = (),
 ) -> list[Path]:
-    """Convert a scene file to XML that `mi.load_file` loads after `import relume`.
+    """Convert a scene file to XML, which `relume.render` and the command render.
 
-    Load it with `optimize=False`: see `relume.to_dict`.
+    `mi.load_file` loads it after `import relume`, with `optimize=False`: see `relume.to_dict`.
 
     Meshes and pictures are written into the folder `<stem>_files` beside the XML, so both can be
     moved together.
@@ -65,10 +68,31 @@ def write_xml(
         files.write()
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
         name_kinds(state)
-        text = mi.parser.write_string(state)
+        text = header(path, out, translation.plan) + mi.parser.write_string(state)
         with replacing(out) as temporary:
             temporary.write_text(text, encoding="utf-8")
     return [out, *files.paths]
+
+
+def header(path: str | Path, out: Path, plan: RenderPlan) -> str:
+    """The comment at the beginning of an XML file: what it needs, and what renders it."""
+    plugins = f"the plugins {', '.join(plan.plugins)} of relume" if plan.plugins else "no plugin"
+    text = f"""
+  Made of {Path(path).name} by relume {version()}. Needs Mitsuba 3.9, the variant {plan.variant} and
+  {plugins}. To render it:
+
+      {render_command(out.name)}
+
+  In Python, import relume before mitsuba, set the variant {plan.variant}, and load it by
+  mi.load_file("{out.name}", optimize=False). The command `mitsuba` knows none of relume's plugins.
+"""
+    # Two hyphens would end the comment.
+    return f"<!--{text.replace('--', '- -')}-->\n"
+
+
+def render_command(out: str | Path) -> str:
+    """The command that renders a converted scene."""
+    return shlex.join(["relume", "render", str(out), "-o", str(Path(out).with_suffix(".exr"))])
 
 
 def name_kinds(state: Any) -> None:

@@ -68,7 +68,7 @@ def render_file(
     """Render a scene and write its picture.
 
     Args:
-        scene: the scene file, or what `relume.read` returned.
+        scene: a scene file or Mitsuba scene (.xml), or what `relume.read` returned.
         options: as `relume.render`.
         out: picture file, or a folder, as `Destination`.
         passes: which passes, and whether they are kept.
