@@ -1,3 +1,11 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from . import dipole, dispersivepath, erpt, pssmlt, samplescale, shadowcatching  # noqa: F401
+from . import (  # noqa: F401
+    dipole,
+    dispersivepath,
+    erpt,
+    pssmlt,
+    samplescale,
+    shadowcatching,
+    surfacepath,
+)

@@ -1,0 +1,121 @@
+"""Surfaces that light crosses straight on: which scenes have them, and what they leave of light.
+
+A surface with a ``Null`` lobe (``mask``, ``null``, ``thindielectric``, index-matched glass) passes
+a share T of the light on in the same direction, which ``BSDF.eval_null_transmission`` tells.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+from relume.bsdfs.dispersion import HERO_WAVELENGTH
+
+SHADOW_EPSILON = 1500 * 2**-24 * 10
+"""How much shorter than the distance to a lamp a shadow ray is: ``math::ShadowEpsilon``."""
+
+
+@functools.cache
+def shape_collector(_variant: str | None) -> type:
+    """The class of callbacks that collect the BSDFs of shapes, under the variant in use."""
+
+    class ShapeCollector(mi.TraversalCallback):
+        def __init__(self, found: dict[int, Any]) -> None:
+            super().__init__()
+            self.found = found
+
+        def put(self, name: str, value: Any, flags: Any, cpptype: Any = None) -> None:
+            if not isinstance(value, mi.Object) or value.ptr in self.found:
+                return
+            if isinstance(value, mi.Shape):
+                self.found[value.ptr] = value.bsdf()
+                value.traverse(self)
+
+    return ShapeCollector
+
+
+def all_bsdfs(scene: mi.Scene) -> Iterator[Any]:
+    """The BSDFs of all shapes of a scene, those of instanced groups among them."""
+    grouped: dict[int, Any] = {}
+    for shape in scene.shapes():
+        yield shape.bsdf()
+        if shape.class_name() == "Instance":
+            shape.traverse(shape_collector(mi.variant())(grouped))
+    yield from grouped.values()
+
+
+class Surfaces:
+    """What a path tracer has to reckon with in a scene, as it is now.
+
+    No dataclass, whose fields Dr.Jit would take for state of the loops that use it.
+
+    Args:
+        scene: `mi.Scene`.
+
+    Attributes:
+        see_through: whether light crosses some surface straight on.
+        disperse: whether some surface parts the wavelengths (`relume.bsdfs.dispersion`).
+        masked_lamps: whether some shape that shines has a ``mask``.
+        solid_lamps: shapes that shine and let light pass, but whose light no mask holds back.
+    """
+
+    def __init__(self, scene: mi.Scene) -> None:
+        flags = 0
+        for bsdf in all_bsdfs(scene):
+            flags |= int(bsdf.flags()) if bsdf is not None else 0
+        self.see_through = mi.has_flag(flags, mi.BSDFFlags.Null)
+        self.disperse = mi.is_spectral and flags & HERO_WAVELENGTH != 0
+        masked, solid = [], []
+        for shape in scene.shapes() if self.see_through else ():
+            if shape.is_emitter() and mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.Null):
+                (masked if shape.bsdf().class_name() == "MaskBSDF" else solid).append(shape)
+        self.masked_lamps = bool(masked)
+        self.solid_lamps = solid
+
+    def shining(self, shape: Any, T: Any) -> Any:
+        """The share of its emission with which a surface of null transmission `T` shines."""
+        if not self.masked_lamps:
+            return mi.Spectrum(1)
+        solid = mi.Bool(False)
+        for lamp in self.solid_lamps:
+            solid |= shape == mi.ShapePtr(lamp)
+        return dr.select(solid, 1, 1 - T)
+
+    @dr.syntax
+    def transmittance(self, scene: mi.Scene, si: Any, ds: Any, active: Any) -> Any:
+        """What the surfaces between a point and a sampled point of a lamp leave of its light.
+
+        Args:
+            scene: the scene.
+            si: `mi.SurfaceInteraction3f`, the point.
+            ds: `mi.DirectionSample3f` of the lamp.
+            active: `mi.Bool`, whose light is asked for.
+
+        Returns:
+            `mi.Spectrum`, times the share of its emission with which the lamp shines there.
+        """
+        T = mi.Spectrum(1)
+        active = mi.Bool(active)
+        ray = si.spawn_ray_to(ds.p)
+        lamp = ds.emitter.get_shape()
+        while dr.hint(active, label="Shadow ray"):
+            ray, T, active = self.crossed(scene, ray, ds.p, lamp, T, active)
+        return T
+
+    def crossed(self, scene, ray, target, lamp, T, active):
+        """One step of `transmittance`: the ray from the next surface on, T and whether to go on."""
+        if self.masked_lamps:  # on to the lamp's surface itself
+            end = mi.Float(ray.maxt)
+            ray.maxt = dr.select(lamp != None, end * (1 + 2 * SHADOW_EPSILON), end)  # noqa: E711
+        si = scene.ray_intersect(ray, ray_flags=mi.RayFlags.All, coherent=False, active=active)
+        T_here = si.bsdf().eval_null_transmission(si, active)
+        before = active & si.is_valid()
+        if self.masked_lamps:
+            before &= si.t < end
+            at_lamp = active & ~before & si.is_valid() & (si.shape == lamp)
+            T = T * dr.select(at_lamp, self.shining(si.shape, T_here), 1)
+        T = T * dr.select(before, T_here, 1)
+        return si.spawn_ray_to(target), T, before & dr.any(T != 0)
