@@ -7,7 +7,7 @@ a share T of the light on in the same direction, which ``BSDF.eval_null_transmis
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+import operator
 from typing import Any
 
 import drjit as dr
@@ -19,32 +19,37 @@ SHADOW_EPSILON = 1500 * 2**-24 * 10
 
 
 @functools.cache
-def shape_collector(_variant: str | None) -> type:
-    """The class of callbacks that collect the BSDFs of shapes, under the variant in use."""
+def collector(_variant: str | None) -> type:
+    """The class of callbacks that collect shapes, under the variant in use."""
 
-    class ShapeCollector(mi.TraversalCallback):
-        def __init__(self, found: dict[int, Any]) -> None:
+    class Collector(mi.TraversalCallback):
+        def __init__(self) -> None:
             super().__init__()
-            self.found = found
+            self.shapes: list[Any] = []
 
         def put(self, name: str, value: Any, flags: Any, cpptype: Any = None) -> None:
-            if not isinstance(value, mi.Object) or value.ptr in self.found:
-                return
             if isinstance(value, mi.Shape):
-                self.found[value.ptr] = value.bsdf()
-                value.traverse(self)
+                self.shapes.append(value)
 
-    return ShapeCollector
+    return Collector
 
 
-def all_bsdfs(scene: mi.Scene) -> Iterator[Any]:
-    """The BSDFs of all shapes of a scene, those of instanced groups among them."""
-    grouped: dict[int, Any] = {}
-    for shape in scene.shapes():
-        yield shape.bsdf()
-        if shape.class_name() == "Instance":
-            shape.traverse(shape_collector(mi.variant())(grouped))
-    yield from grouped.values()
+def shapes_below(parent: Any) -> list[Any]:
+    """The shapes that a scene or a group holds, groups that are not seen themselves among them."""
+    found = collector(mi.variant())()
+    parent.traverse(found)
+    return found.shapes
+
+
+def all_flags(scene: mi.Scene) -> int:
+    """The flags of all BSDFs of a scene, those of instanced shapes among them."""
+    shapes = list(scene.shapes())
+    if any(shape.class_name() == "Instance" for shape in shapes):
+        groups = [shape for shape in shapes_below(scene) if shape.class_name().startswith("ShapeGroup")]
+        if not groups:  # those that are written inside an instance cannot be reached
+            return mi.BSDFFlags.Null | HERO_WAVELENGTH
+        shapes += [shape for group in groups for shape in shapes_below(group)]
+    return functools.reduce(operator.or_, (int(shape.bsdf().flags()) for shape in shapes), 0)
 
 
 class Surfaces:
@@ -63,9 +68,7 @@ class Surfaces:
     """
 
     def __init__(self, scene: mi.Scene) -> None:
-        flags = 0
-        for bsdf in all_bsdfs(scene):
-            flags |= int(bsdf.flags()) if bsdf is not None else 0
+        flags = all_flags(scene)
         self.see_through = mi.has_flag(flags, mi.BSDFFlags.Null)
         self.disperse = mi.is_spectral and flags & HERO_WAVELENGTH != 0
         masked, solid = [], []
