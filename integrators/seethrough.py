@@ -45,7 +45,9 @@ def all_flags(scene: mi.Scene) -> int:
     """The flags of all BSDFs of a scene, those of instanced shapes among them."""
     shapes = list(scene.shapes())
     if any(shape.class_name() == "Instance" for shape in shapes):
-        groups = [shape for shape in shapes_below(scene) if shape.class_name().startswith("ShapeGroup")]
+        groups = [
+            shape for shape in shapes_below(scene) if shape.class_name().startswith("ShapeGroup")
+        ]
         if not groups:  # those that are written inside an instance cannot be reached
             return mi.BSDFFlags.Null | HERO_WAVELENGTH
         shapes += [shape for group in groups for shape in shapes_below(group)]

@@ -12,8 +12,47 @@ r"""Path tracer for surfaces (`surfacepath`)
    * - rr_depth: integer
      - Depth from which Russian roulette ends paths. (Default: 5)
    * - hide_emitters: boolean
-     - Leave out emitters that are seen directly; rays pass through their shapes.
-       (Default: false)
+     - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
+       and end on nothing where they would reach the environment. (Default: false)
+
+Emitter sampling and BSDF sampling are combined by the power heuristic. Where light meets no
+surface that it can cross straight on, the picture is that of the stock ``path``, from the same
+random numbers as long as roulette does not end paths. What is different:
+
+**Light crosses surfaces.** A ray to a lamp goes on through every surface with a ``Null`` lobe (
+``mask``, ``null``, ``thindielectric``, index-matched ``schlickglass``) with the share T of
+``BSDF.eval_null_transmission``. A ray that crosses one by BSDF sampling keeps the density of the
+direction in which light last scattered, so that both count the same paths. These surfaces do not
+lengthen a path, and a ray that meets nothing else is transparent (alpha). Where a BSDF passes light
+without telling its T (``shadowcatcher``) emitter sampling sees a solid surface and BSDF sampling
+takes over. A scene without such surfaces does not pay for them.
+
+**A lamp with a mask** shines as far as it is there: its radiance is multiplied by the opacity. In
+stock integrators it shines fully.
+
+**Dispersion.** At the first dispersive refraction of a path all wavelengths but the first are
+dropped and the throughput is multiplied by their number (`relume.bsdfs.dispersion`), in spectral
+variants and in scenes that disperse.
+
+**Roulette** lets a path live with the probability
+
+.. math:: q = \min(1, \eta^2 \max_\lambda \beta_\lambda)
+
+of its throughput :math:`\beta` and the product :math:`\eta` of the relative indices that it has
+crossed: the throughput of what survives is 1, so that a closed room of any albedo a below 1 has its
+radiance :math:`1/(1 - a)` from paths of :math:`1/(1 - a)` bounces on average. (``path`` ends one in
+twenty bounces at least; the weight of the others grows without bound.) After a bounce that loses
+less than a part in 100 000 it is at most :math:`1 - 2/(n + 256)` at depth n, or light between
+perfect mirrors would never end: of paths that lose nothing a share of about
+:math:`(1 + n/256)^{-2}` is left after n bounces. Nothing is cut off, and the mean stays right.
+
+Derivatives are those of ``path``: sampled directions stay, values change. There are none for the
+share of light that passes a surface by BSDF sampling. JIT variants without polarization.
+
+.. code-block:: python
+
+    from relume import integrators
+    mi.load_dict({"type": "surfacepath", "max_depth": 16})
 """
 
 from __future__ import annotations
@@ -32,7 +71,7 @@ LOSSLESS = 1 - 1e-5
 """Share of the light that a bounce keeps at least to count as one that loses nothing."""
 
 PATIENCE = 256
-"""Bounces without loss, on average, after which roulette ends a path."""
+"""Depth by which roulette has ended three of four paths that lose nothing."""
 
 
 def define():
@@ -84,14 +123,9 @@ def define():
         def sample(self, scene, sampler, ray, medium=None, active=True):
             surfaces = Surfaces(scene)
             path = self.started(scene, ray, active)
-            bound = self.max_depth if self.bounded(surfaces) else None
-            while dr.hint(path.active, max_iterations=bound, label="Surface path tracer"):
+            while dr.hint(path.active, label="Surface path tracer"):
                 self.step(surfaces, scene, sampler, path)
             return path.L, path.seen, []
-
-        def bounded(self, surfaces):
-            """Whether the longest path bounds the number of surfaces that a path meets."""
-            return self.max_depth != NO_LIMIT and not surfaces.see_through and not self.hide_emitters
 
         def started(self, scene, ray, active):
             """A path at its sensor."""
@@ -112,74 +146,69 @@ def define():
 
         def step(self, surfaces, scene, sampler, path):
             """Trace one ray and scatter where it ends."""
-            active = path.active
-            # Embree's coherent traversal gains a tenth for neighbouring rays from the camera.
-            ordered = path.depth == 0 if not getattr(sampler, "unordered", False) else False
+            # Embree's coherent traversal gains for neighbouring rays from the camera alone.
+            ordered = False if getattr(sampler, "unordered", False) else path.depth == 0
             si = scene.ray_intersect(
-                path.ray, ray_flags=mi.RayFlags.All, coherent=ordered, active=active
+                path.ray, ray_flags=mi.RayFlags.All, coherent=ordered, active=path.active
             )
             bsdf = si.bsdf()
-            T = bsdf.eval_null_transmission(si, active) if surfaces.see_through else None
+            flags = bsdf.flags()
+            T = bsdf.eval_null_transmission(si, path.active) if surfaces.see_through else None
             hidden = self.hidden(si, path)
             self.add_emission(surfaces, scene, si, T, path)
 
-            # ------------------------- direct light -------------------------
-
-            goes_on = active & (path.depth + 1 < self.max_depth) & si.is_valid() & ~hidden
-            active_em = goes_on & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-            if self.min_depth > 2:
-                active_em &= path.depth + 2 >= self.min_depth
-            ds, em_weight = scene.sample_emitter_direction(
-                si, sampler.next_2d(), not surfaces.see_through, active_em
-            )
-            active_em &= ds.pdf != 0
-            if dr.grad_enabled(si.p):  # of a sampled point that stays
-                ds.d = dr.normalize(ds.p - si.p)
-                Le = scene.eval_emitter_direction(si, ds, active_em)
-                em_weight = dr.select(ds.pdf != 0, Le / dr.detach(ds.pdf), 0)
-
-            # --------------- BSDF evaluation and sampling in one call ---------------
-
+            meets = path.active & si.is_valid() & ~hidden
+            goes_on = meets & (path.depth + 1 < self.max_depth)
             scatters = goes_on
-            if surfaces.see_through:  # the last vertex of the longest path may be seen through
-                through = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Null)
-                scatters = active & si.is_valid() & ~hidden & (goes_on | through)
+            if surfaces.see_through:  # so may the end of the longest path be
+                scatters |= meets & mi.has_flag(flags, mi.BSDFFlags.Null)
+
+            # ---------------- direct light, BSDF evaluated and sampled at once ----------------
+
+            lit = goes_on & mi.has_flag(flags, mi.BSDFFlags.Smooth)
+            ds, Le, lit = self.lamp(surfaces, scene, sampler, si, path, lit)
             ctx = mi.BSDFContext()
             if surfaces.disperse:
                 ctx.type_mask |= HERO_WAVELENGTH
             f, pdf, bs, weight = bsdf.eval_pdf_sample(
                 ctx, si, si.to_local(ds.d), sampler.next_1d(), sampler.next_2d(), scatters
             )
-            mis = dr.detach(dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf)))
-            direct = f * em_weight * mis
+            mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
+            direct = f * Le * dr.detach(mis)
             if surfaces.see_through:
-                active_em &= dr.any(direct != 0)
-                direct *= surfaces.transmittance(scene, si, ds, active_em)
-            path.L[active_em] = dr.fma(path.β, direct, path.L)
+                lit &= dr.any(direct != 0)
+                direct *= surfaces.transmittance(scene, si, ds, lit)
+            path.L[lit] = dr.fma(path.β, direct, path.L)
 
-            # ------------------------- next ray -------------------------
+            # ---------------------------- next ray and weight ----------------------------
 
             ray = si.spawn_ray(si.to_world(bs.wo))
-            if dr.grad_enabled(ray):  # of a sampled direction that stays
+            if dr.grad_enabled(ray):  # derivatives of the value in a direction that stays
                 ray = dr.detach(ray)
                 f, pdf = bsdf.eval_pdf(ctx, si, si.to_local(ray.d), scatters)
                 weight[pdf > 0] = f / dr.detach(pdf)
-            passes = hidden
-            known = hidden
-            if surfaces.see_through:
-                passes |= scatters & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
-                known |= passes & dr.any(T != 0)
-            if self.hide_emitters:
-                ray.d = dr.select(hidden, path.ray.d, ray.d)
-                ray.o = dr.select(hidden, si.offset_p(ray.d), ray.o)
-                weight = dr.select(hidden, 1, weight)
             if surfaces.disperse:
                 parts = ~path.dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
                 weight *= dr.select(parts, mi.Float(len(mi.Spectrum())), 1)
                 path.dispersed |= parts & scatters
+            passes = known = mi.Bool(False)
+            if surfaces.see_through:
+                passes = scatters & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+                known = passes & dr.any(T != 0)
+            if self.hide_emitters:
+                ray = dr.select(hidden, si.spawn_ray(path.ray.d), ray)
+                weight = dr.select(hidden, 1, weight)
+                passes, known = passes | hidden, known | hidden
+
             path.ray = ray
-            path.seen |= active & si.is_valid() & ~passes
-            self.follow(sampler, path, weight, bs, si, passes, known, goes_on | passes)
+            path.seen |= path.active & si.is_valid() & ~passes
+            path.depth[si.is_valid() & ~passes] += 1
+            # Emitter sampling sees through surfaces, too: it stays where light last scattered.
+            path.vertex = dr.select(known, path.vertex, mi.Interaction3f(si))
+            path.pdf = dr.select(known, path.pdf, bs.pdf)
+            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+            path.delta = dr.select(known, path.delta, delta)
+            self.roulette(sampler, path, weight, dr.select(passes, 1, bs.eta), passes, goes_on)
 
         def hidden(self, si, path):
             """Whether rays have met emitters that are not to be seen."""
@@ -201,27 +230,37 @@ def define():
                 Le *= surfaces.shining(si.shape, T)
             path.L = dr.fma(path.β, Le, path.L)
 
-        def follow(self, sampler, path, weight, bs, si, passes, known, goes_on):
-            """Take a step's weight into the path, and end it by roulette."""
-            path.β *= weight
-            path.η *= dr.select(passes, 1, bs.eta)
-            # Emitter sampling sees through surfaces, too: it stays with the last that scattered.
-            path.vertex = dr.select(known, path.vertex, mi.Interaction3f(si))
-            path.pdf = dr.select(known, path.pdf, bs.pdf)
-            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
-            path.delta = dr.select(known, path.delta, delta)
+        def lamp(self, surfaces, scene, sampler, si, path, lit):
+            """A sampled point of an emitter, its weight, and whether it lights the surface.
 
-            path.depth[si.is_valid() & ~passes] += 1
+            Surfaces that light crosses are left to `Surfaces.transmittance`.
+            """
+            if self.min_depth > 2:
+                lit &= path.depth + 2 >= self.min_depth
+            ds, Le = scene.sample_emitter_direction(
+                si, sampler.next_2d(), not surfaces.see_through, lit
+            )
+            lit &= ds.pdf != 0
+            if dr.grad_enabled(si.p):  # the surface moves, the sampled point stays
+                ds.d = dr.normalize(ds.p - si.p)
+                L = scene.eval_emitter_direction(si, ds, lit)
+                Le = dr.select(lit, L / dr.detach(ds.pdf), 0)
+            return ds, Le, lit
+
+        def roulette(self, sampler, path, weight, eta, passes, goes_on):
+            """Take a step's weight into the path, and end it in proportion to what is left."""
+            path.β *= weight
+            path.η *= eta
             β_max = dr.max(path.β)
             survival = dr.minimum(β_max * dr.square(path.η), 1)
-            lossless = dr.max(weight) * dr.square(bs.eta) >= LOSSLESS
-            n = mi.Float(path.depth)
-            survival = dr.select(lossless, dr.minimum(survival, 1 - 2 / (n + PATIENCE)), survival)
-            survival = dr.detach(survival)
-            roulette = (path.depth >= self.rr_depth) & ~passes
+            # No less light may be left for ever, as between mirrors that lose nothing.
+            lossless = dr.max(weight) * dr.square(eta) >= LOSSLESS
+            patience = 1 - 2 / (mi.Float(path.depth) + PATIENCE)
+            survival = dr.detach(dr.select(lossless, dr.minimum(survival, patience), survival))
+            decides = (path.depth >= self.rr_depth) & ~passes
             survives = sampler.next_1d() < survival
-            path.β[roulette] *= dr.rcp(survival)
-            path.active = goes_on & (~roulette | survives) & (β_max != 0)
+            path.β[decides] *= dr.rcp(survival)
+            path.active = (goes_on | passes) & (~decides | survives) & (β_max != 0)
 
         def to_string(self):
             return (
