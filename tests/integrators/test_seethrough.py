@@ -237,6 +237,14 @@ def test_surfaces_that_light_crosses_do_not_lengthen_paths(max_depth):
     assert veiled == pytest.approx(bare, rel=0.02, abs=1e-6)
 
 
+def test_longest_path_ends_behind_what_light_crosses():
+    """Paths of one segment show a lamp behind veils."""
+    shining = {"emitter": {"type": "area", "radiance": rgb(2.0)}}
+    things = {f"veil{i}": square(1 + i, mask(0.0)) for i in range(3)}
+    lamp_behind = square(0, diffuse(0), **shining)
+    assert shown(scene(depth=1, lamp=lamp_behind, **things)) == pytest.approx([2, 1])
+
+
 @pytest.mark.false_alarms(1e-3)
 def test_shadow_catcher_is_solid_for_emitter_sampling(chance, level):
     """A surface that passes light without telling how much: a small floor under a black one.
