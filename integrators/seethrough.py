@@ -73,7 +73,8 @@ class Surfaces:
         flags = all_flags(scene)
         self.see_through = mi.has_flag(flags, mi.BSDFFlags.Null)
         self.disperse = mi.is_spectral and flags & HERO_WAVELENGTH != 0
-        masked, solid = [], []
+        masked: list[Any] = []
+        solid: list[Any] = []
         for shape in scene.shapes() if self.see_through else ():
             if shape.is_emitter() and mi.has_flag(shape.bsdf().flags(), mi.BSDFFlags.Null):
                 (masked if shape.bsdf().class_name() == "MaskBSDF" else solid).append(shape)
@@ -107,20 +108,21 @@ class Surfaces:
         ray = si.spawn_ray_to(ds.p)
         lamp = ds.emitter.get_shape()
         while dr.hint(active, label="Shadow ray"):
-            ray, T, active = self.crossed(scene, ray, ds.p, lamp, T, active)
+            end = mi.Float(ray.maxt)
+            ray.maxt = self.reach(lamp, end)
+            si = scene.ray_intersect(ray, ray_flags=mi.RayFlags.All, coherent=False, active=active)
+            T_here = si.bsdf().eval_null_transmission(si, active)
+            active &= si.is_valid()
+            at_lamp = active & (si.t >= end) & (si.shape == lamp)
+            active &= si.t < end
+            T *= dr.select(active, T_here, 1)
+            T *= dr.select(at_lamp, self.shining(si.shape, T_here), 1)
+            active &= dr.any(T != 0)
+            ray = si.spawn_ray_to(ds.p)
         return T
 
-    def crossed(self, scene, ray, target, lamp, T, active):
-        """One step of `transmittance`: the ray from the next surface on, T and whether to go on."""
-        if self.masked_lamps:  # on to the lamp's surface itself
-            end = mi.Float(ray.maxt)
-            ray.maxt = dr.select(lamp != None, end * (1 + 2 * SHADOW_EPSILON), end)  # noqa: E711
-        si = scene.ray_intersect(ray, ray_flags=mi.RayFlags.All, coherent=False, active=active)
-        T_here = si.bsdf().eval_null_transmission(si, active)
-        before = active & si.is_valid()
-        if self.masked_lamps:
-            before &= si.t < end
-            at_lamp = active & ~before & si.is_valid() & (si.shape == lamp)
-            T = T * dr.select(at_lamp, self.shining(si.shape, T_here), 1)
-        T = T * dr.select(before, T_here, 1)
-        return si.spawn_ray_to(target), T, before & dr.any(T != 0)
+    def reach(self, lamp: Any, end: Any) -> Any:
+        """How far a shadow ray goes: onto the lamp itself where its surface matters."""
+        if not self.masked_lamps:
+            return end
+        return dr.select(lamp != None, end * (1 + 2 * SHADOW_EPSILON), end)  # noqa: E711

@@ -74,7 +74,7 @@ PATIENCE = 256
 """Depth by which roulette has ended three of four paths that lose nothing."""
 
 
-def define():
+def define() -> None:
     """Define and register the plugin under the variant in use."""
 
     @dataclass
