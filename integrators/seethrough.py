@@ -117,8 +117,10 @@ class Surfaces:
             active &= si.t < end
             T *= dr.select(active, T_here, 1)
             T *= dr.select(at_lamp, self.shining(si.shape, T_here), 1)
-            active &= dr.any(T != 0)
-            ray = si.spawn_ray_to(ds.p)
+            # Not aimed anew: beyond the lamp rays would come back, and might never end.
+            ray = si.spawn_ray(ray.d)
+            ray.maxt = dr.dot(ds.p - ray.o, ray.d) * (1 - SHADOW_EPSILON)
+            active &= dr.any(T != 0) & (ray.maxt > 0)
         return T
 
     def reach(self, lamp: Any, end: Any) -> Any:

@@ -237,6 +237,35 @@ def test_surfaces_that_light_crosses_do_not_lengthen_paths(max_depth):
     assert veiled == pytest.approx(bare, rel=0.02, abs=1e-6)
 
 
+def test_shadow_rays_end_far_from_the_origin():
+    """Where rays start by as much beside a surface as veils are apart, none goes back and forth."""
+    far = 1e5
+    to_world = transform().translate([0, 0, far])
+
+    def moved(z, bsdf):
+        shape = square(z, bsdf)
+        return shape | {"to_world": to_world @ shape["to_world"]}
+
+    made = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "surfacepath"},
+            "sensor": {
+                "type": "perspective",
+                "fov": 5,
+                "to_world": to_world @ transform().look_at([5, 0, 40], [0, 0, 0], [0, 1, 0]),
+                "film": {"type": "hdrfilm", "width": 4, "height": 4},
+            },
+            "floor": moved(0, diffuse(RHO)),
+            "lamp": {"type": "point", "position": [0, 0, far + 35], "intensity": 1.0},
+            **{f"veil{i}": moved(30 + 2 * i, mask(0.0)) for i in range(9)},
+        }
+    )
+    assert np.array(mi.render(made, spp=16)).mean() == pytest.approx(
+        RHO / math.pi / 35**2, rel=0.05
+    )
+
+
 def test_longest_path_ends_behind_what_light_crosses():
     """Paths of one segment show a lamp behind veils."""
     shining = {"emitter": {"type": "area", "radiance": rgb(2.0)}}
