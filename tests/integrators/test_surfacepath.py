@@ -187,10 +187,8 @@ def tunnel(length):
                 "to_world": T.look_at([0, 0, 0], [1, 0, 0.5], [0, 1, 0]),
                 "film": film(8),
             },
-            "left": side
-            | {"to_world": T.translate([-1, 0, 0]).rotate([0, 1, 0], 90).scale(length)},
-            "right": side
-            | {"to_world": T.translate([1, 0, 0]).rotate([0, 1, 0], 90).scale(length)},
+            "left": side(-1),
+            "right": side(1),
         }
     )
 
