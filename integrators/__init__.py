@@ -1,8 +1,0 @@
-"""Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
-
-from relume.registration import register_plugins
-
-PLUGINS = ("dipole", "dispersivepath", "erpt", "pssmlt", "samplescale", "shadowcatching")
-"""Ids of the plugins; each has a module of its name."""
-
-register_plugins("integrator", __name__, PLUGINS)
