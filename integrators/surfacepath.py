@@ -56,6 +56,10 @@ perfect mirrors would never end: of paths that lose nothing a share of about
 Derivatives are those of ``path``: sampled directions stay, values change. There are none for the
 share of light that passes a surface by BSDF sampling.
 
+**Source.** E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapters 9
+and 10; J. Arvo and D. Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990; A. Wilkie et
+al., "Hero Wavelength Spectral Sampling", Computer Graphics Forum 2014.
+
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
 
 **Usage.**
