@@ -181,6 +181,8 @@ def convert(
 def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Tell whether a scene looks the same by another integrator, or as in a picture.
 
+    SCENE is a scene file, or a Mitsuba scene (.xml).
+
     Both sides are rendered many times, so that every error has its interval. The exit status is 0
     if they agree, 4 if they differ and 1 after an error. Ctrl-C keeps the runs so far.
     """
@@ -267,6 +269,8 @@ def stability(as_json: bool, **options: Any) -> None:
 @scene_options
 def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
     """Chart the error of methods over time: who is how accurate after how many seconds?
+
+    SCENE is a scene file, or a Mitsuba scene (.xml).
 
     Every method renders independent pictures of growing numbers of samples, in turn with the
     others. The reference is kept for the next time. Ctrl-C keeps what is done. The exit status is 1

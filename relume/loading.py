@@ -16,6 +16,7 @@ from relume import llvm, mitsuba_files, translator
 from relume.inputs import Inputs, file_names
 from relume.mitsuba_files import MitsubaFile, is_mitsuba_file
 from relume.options import RenderOptions, kind_of
+from relume.sensors.pixelsamples import TENT_OF_A_PIXEL
 from relume.session import (
     CannotRender,
     Integrator,
@@ -302,7 +303,7 @@ def for_mitsuba(translation: Translation, options: RenderOptions | None = None) 
         # Samplers take 32 bits.
         sensor["sampler"]["seed"] = int(np.random.SeedSequence(options.seed).generate_state(1)[0])
     if translation.document.tent_filter:
-        rfilter = sensor["film"]["rfilter"] | {"radius": 0.501}
+        rfilter = sensor["film"]["rfilter"] | {"radius": TENT_OF_A_PIXEL}
         sensor["film"] = sensor["film"] | {"rfilter": rfilter}
     scene["sensor"] = sensor
     if options.integrator:

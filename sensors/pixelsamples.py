@@ -10,6 +10,10 @@ FILTERS = ("BoxFilter", "TentFilter", "GaussianFilter")
 """Reconstruction filters that samples can follow: those without negative weights."""
 
 
+TENT_OF_A_PIXEL = 0.501
+"""Half-width of a tent that stands for 0.5, of which Mitsuba's films make a box."""
+
+
 def position_in_pixel(sensor: mi.Sensor, sample: mi.Point2f) -> mi.Point2f:
     """Return where a sample of a pixel lies, distributed as the film's reconstruction filter.
 
@@ -23,6 +27,7 @@ def position_in_pixel(sensor: mi.Sensor, sample: mi.Point2f) -> mi.Point2f:
     rfilter = sensor.film().rfilter()
     kind, radius = rfilter.class_name(), rfilter.radius()
     if kind == "TentFilter":
+        radius = 0.5 if abs(radius - TENT_OF_A_PIXEL) < 1e-6 else radius
         return 0.5 + radius * mi.warp.square_to_tent(sample)
     if kind == "GaussianFilter":
         # Mitsuba cuts it off at four standard deviations.
