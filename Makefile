@@ -4,6 +4,7 @@ BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
 PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors
+QUIET   = $$(test -t 1 || echo --quiet)
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
@@ -19,16 +20,20 @@ setup:
 install:
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit( \
 	    "relume needs Python 3.10 to 3.13, this is %d.%d: make PYTHON=python3.13" % v)'
-	@echo "Setting up $(VENV)"
+	@echo "Setting up $(VENV) for relume, once; this takes some minutes."
+	@echo "1 of 3: a virtual environment"
 	@$(BIN)/python -c '' 2>/dev/null && test "$$(head -n 1 $(READY) 2>/dev/null)" = "$$(pwd)" \
 	    || $(PYTHON) -m venv --clear $(VENV)
 	@rm -f $(READY)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	@echo "2 of 3: the packages of constraints.txt, 0.9 GB on the disk with Mitsuba and LLVM"
+	@$(BIN)/python -m pip install $(QUIET) --disable-pip-version-check \
 	    --constraint constraints.txt --editable '.[test]'
+	@echo "3 of 3: a first start, which looks for a working LLVM library"
 	@$(BIN)/python -c 'import relume'
 	@$(STATE) > $(READY)
 
 demo: setup
+	@echo "Rendering an example, half a minute:"
 	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png
 
 test: lint

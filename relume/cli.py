@@ -8,7 +8,6 @@ import warnings
 from typing import Any, TextIO
 
 import click
-from rich.console import Console
 
 from relume.command_errors import readable_errors
 from relume.command_options import (
@@ -18,6 +17,7 @@ from relume.command_options import (
     render_option,
     scene_options,
 )
+from relume.consoles import console
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -47,7 +47,7 @@ def check(
     if as_json:
         click.echo(json.dumps(results, indent=1, ensure_ascii=False))
     else:
-        checking.print_results(results, Console(), every_line=not brief)
+        checking.print_results(results, console(), every_line=not brief)
         if not results:
             click.echo("no scene files found", err=True)
     sys.exit(checking.exit_status(results) if results else 1)
@@ -102,7 +102,7 @@ def render(
 
     kept = PassOptions(resume, keep, passes, per_pass)
     with readable_errors():
-        for path in render_file(scene, passes=kept, console=Console(stderr=True), **options):
+        for path in render_file(scene, passes=kept, console=console(stderr=True), **options):
             click.echo(path)
 
 
@@ -123,9 +123,8 @@ def merge(parts: tuple[str, ...], out: str) -> None:
     """
     from relume import merging
 
-    console = Console(stderr=True)
     with readable_errors():
-        written, missing = merging.merge(parts, out, console)
+        written, missing = merging.merge(parts, out, console(stderr=True))
         for path in written:
             click.echo(path)
         sys.exit(3 if missing else 0)
@@ -189,11 +188,11 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     from relume.workbench import compare_table, comparing
 
     with readable_errors():
-        found = comparing.run(scene, out, Console(stderr=True), **options)
+        found = comparing.run(scene, out, console(stderr=True), **options)
         if as_json:
             click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
-            compare_table.print_report(found.report(), Console())
+            compare_table.print_report(found.report(), console())
             if out:
                 click.echo(f"\n{out}")
         sys.exit(0 if found.agree else 4)
@@ -220,11 +219,11 @@ def stability(as_json: bool, **options: Any) -> None:
     from relume.workbench import stability as grid
 
     with readable_errors():
-        found = grid.run(Console(stderr=True), **options)
+        found = grid.run(console(stderr=True), **options)
         if as_json:
             click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
-            grid.print_report(found, Console())
+            grid.print_report(found, console())
         sys.exit(4 if found.silent else 0)
 
 
@@ -279,7 +278,7 @@ def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
     from relume.workbench import chart_files, chart_table
 
     with readable_errors():
-        charts, written, failed = chart_files.run(scenes, out, Console(stderr=True), **options)
+        charts, written, failed = chart_files.run(scenes, out, console(stderr=True), **options)
     for made in charts:
         click.echo("\n".join([*chart_table.lines(made), ""]))
     for line in chart_table.explanations(charts[-1]) if charts else ():
@@ -302,7 +301,7 @@ def scenes(names: tuple[str, ...], out: str | None) -> None:
     from relume import examples
 
     if not names and out is None:
-        examples.print_names(Console())
+        examples.print_names(console())
         return
     with readable_errors():
         for path in examples.copy(names or examples.names(), out or "."):

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from relume import cluster as clusters
 from relume import fingerprint, output
 from relume.accumulator import Accumulator
@@ -260,10 +262,22 @@ def report_losses(translation: Translation, console: Console) -> None:
 def report_noise(accumulator: Accumulator, why: str, asked: int, console: Console) -> None:
     """Say how noisy the picture is, and where it has fewer samples than were asked for."""
     if math.isfinite(noise := accumulator.noise()):
-        console.print(f"noise of a pixel: {100 * noise:.2g} % of the mean", highlight=False)
+        console.print(f"noise of a pixel: {in_words(noise)}", highlight=False)
     if why:
         how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
         console.print(f"[yellow]{why}[/] {how_far}")
+
+
+def in_words(ratio: float) -> str:
+    """A ratio to the mean: in percent, or where it is large how many times the mean."""
+    if ratio < 2:
+        return f"{significant(100 * ratio)} % of the mean"
+    return f"{significant(ratio)} times its mean"
+
+
+def significant(value: float) -> str:
+    """A number with two significant digits, and no exponent."""
+    return np.format_float_positional(value, 2, unique=False, fractional=False, trim="-")
 
 
 def report_repairs(written: output.Written, spectral: bool, console: Console) -> None:

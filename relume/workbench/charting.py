@@ -144,7 +144,9 @@ def chart(
         SceneError: errors of the file, and missing files.
         CannotRender: no method works here, or too few runs were done.
         ValueError: a number out of range, or `spp` or `integrator` among the options.
-        OutputError: the cache cannot be written.
+
+    Warns:
+        RuntimeWarning: the cache cannot be written.
     """
     options = RenderOptions.of(options, **changes)
     refuse(options, NOT_TAKEN)

@@ -17,7 +17,7 @@ from rich.console import Console
 import relume
 from relume import destination, output, passes
 from relume.accumulator import Accumulator
-from relume.rendering import render_file
+from relume.rendering import in_words, render_file
 
 NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
 
@@ -203,6 +203,20 @@ def test_progress_shows_passes_and_rate_on_a_terminal(room, here, short_passes):
     render_file(room(), out="a.png", spp=3, console=Console(file=plain))
     (line,) = plain.getvalue().splitlines()
     assert re.fullmatch(r"noise of a pixel: [0-9.]+ % of the mean", line)
+
+
+@pytest.mark.parametrize(
+    "ratio, said",
+    [
+        (0.00012, "0.012 % of the mean"),
+        (0.115, "12 % of the mean"),
+        (1.2, "120 % of the mean"),
+        (13.2, "13 times its mean"),
+        (1234, "1200 times its mean"),
+    ],
+)
+def test_numbers_are_said_without_exponents(ratio, said):
+    assert in_words(ratio) == said
 
 
 def test_what_is_not_rendered_as_written_is_said(room, here, console):
