@@ -7,7 +7,7 @@ r"""Image-based light on a sphere (`ibldome`)
 | `bitmap`     | bitmap  | instead of it: a `mi.Bitmap`                                         |
 | `raw`        | boolean | take 8-bit values as linear, without sRGB decoding (default false)   |
 | `scale`      | float   | factor on the radiance (default 1)                                   |
-| `map`        | string  | how the image covers the sphere: `transposed` (default), `panoramic`, `angular`, `angular_mirrored`, `equirectangular`, `hemisphere`; see `emitters/domemaps.py` |
+| `map`        | string  | how the image covers the sphere: `transposed` (default), `panoramic`, `angular`, `angular_mirrored`, `equirectangular`, `hemisphere`; see `relume/dome_maps.py` |
 | `hemisphere` | boolean | only the upper half, y at or above the centre, shines (default false) |
 
 Attached to a `sphere`, the emitter gives the point :math:`p` of it the radiance
@@ -38,7 +38,7 @@ shading point :math:`x` is
 A single texel of extreme radiance, such as the sun, is thus found as often as it matters.
 
 A stock sphere is intersected in single precision. For domes beyond about ten thousand times the
-size of the scene use an `envmap`, for which `relume.emitters.domemaps.resample_to_latlong` prepares the
+size of the scene use an `envmap`, for which `relume.translator.environment_maps.resample` prepares the
 image.
 
 .. code-block:: python

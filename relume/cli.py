@@ -113,11 +113,19 @@ def main():
 
 
 @main.command()
-@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.argument("paths", nargs=-1, metavar="PATH...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
+@click.option("--explain", "code", metavar="CODE", help="Explain the code of a note, and stop.")
 @scene_options
-def check(paths, as_json, brief, dialect, asset_path):
+def check(
+    paths: tuple[str, ...],
+    as_json: bool,
+    brief: bool,
+    code: str | None,
+    dialect: str,
+    asset_path: tuple[str, ...],
+) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
     PATH is a scene file or a folder of them. The exit status is 0 if everything is translated, 1
@@ -125,6 +133,14 @@ def check(paths, as_json, brief, dialect, asset_path):
     """
     from relume import checking
 
+    if code is not None:
+        try:
+            click.echo(checking.explained(code))
+        except KeyError as error:
+            raise click.BadParameter(str(error), param_hint="--explain") from None
+        return
+    if not paths:
+        raise click.UsageError("Missing argument 'PATH...'.")
     files = list(checking.files_below(paths))
     results = [checking.check_file(file, dialect, asset_path) for file in files]
     if as_json:

@@ -51,7 +51,9 @@ class BlackHole:
                                              "Picture of the sky.")
     map_coef: tuple = outside("map_coef", "number", 4, (1.0, 0.0, 1.0, 0.0), "Turn of the sky.")
     coef: float = outside("coef", "number", 1, 1.0, "Factor of the sky.")
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(BlackHole), compare=False, repr=False
+    )
 
 
 @document_fields
@@ -78,4 +80,6 @@ class WormHole:
                                "Turn of the far sky.")
     coef1: float = outside("coef1", "number", 1, 1.0, "Factor of the near sky.")
     coef2: float = outside("coef2", "number", 1, 1.0, "Factor of the far sky.")
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(WormHole), compare=False, repr=False
+    )

@@ -48,7 +48,7 @@ def _override(target, row, given, problems):
             setattr(target, row.field, tuple(values))
         # An empty list says that the value is set, though by no line.
         target.lines.reports.setdefault(row.field, [])
-        target.lines.remark(row.field, f"overridden by the environment variable {spelling}")
+        target.lines.remark(row.field, "overridden-by-variable", name=spelling)
 
 
 def _value(row, name, text, problems):

@@ -15,6 +15,8 @@ follow, so ``1 +2`` is two values and ``1+ 2`` is one.
 import math
 import re
 
+from relume.translator.outcomes import make_note
+
 MAX_DEPTH = 64
 """Deepest nesting of brackets, signs and powers; deeper text is an error, not a crash."""
 
@@ -199,7 +201,7 @@ class _Parser:
         except (ValueError, OverflowError):
             raise ExpressionError(start, f"'{clip(digits)}' is not a number") from None
         if len(digits) > 1 and digits[0] == "0" and digits.isdigit():
-            self.notes.append(f"'{digits}' read as decimal; the original program read octal")
+            self.notes.append(make_note("leading-zero", digits=digits))
         return float(digits)
 
     def named(self, name, start, depth):

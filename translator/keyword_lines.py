@@ -2,6 +2,7 @@
 
 from relume.translator.expressions import clip
 from relume.translator.keywords import NEXT_LINE, TEXTS
+from relume.translator.outcomes import make_note
 
 BOTH_FORMS = ("phase", "ambient")
 """Kinds of row whose values may stand on the same or on the next line."""
@@ -25,7 +26,7 @@ def read_keyword(cursor, row, word, target, source):
         return
     reports = [cursor.described(word)]
     if word != row.name:
-        reports[0].remark(f"read as {row.name}")
+        reports[0].remark("other-spelling", name=row.name)
     _dummies(cursor, row, word, reports)
     below = not rest if both_forms else row.form == NEXT_LINE
     read = _below(cursor, row, word, reports) if below else _beside(cursor, row, word)
@@ -33,7 +34,7 @@ def read_keyword(cursor, row, word, target, source):
         return
     value, notes = read
     for note in notes:
-        reports[0].remark(note)
+        reports[0].add(note)
     cursor.reports += reports
     assign(target, source, row.field, value, reports)
 
@@ -42,7 +43,7 @@ def assign(target, source, field, value, reports):
     """Set a field; the lines that set it before are reported as overridden."""
     setattr(target, field, value)
     for old in source.reports.get(field, ()):
-        old.becomes("ignored", f"set again in line {reports[0].line}")
+        old.becomes("set-again", line=reports[0].line)
     source.reports[field] = reports
 
 
@@ -50,8 +51,7 @@ def _dummies(cursor, row, word, reports):
     for _ in range(row.dummies):
         if cursor.value_line(word, "a mean and below it three values") is None:
             return
-        note = "a mean that is computed from the channels anyway"
-        reports.append(cursor.described(word, "ignored", note))
+        reports.append(cursor.described(word, "unused-mean"))
 
 
 def _below(cursor, row, word, reports):
@@ -92,6 +92,6 @@ def _phase(cursor, row, text, offset, count):
     if read is None:
         return None
     g = [value for value, _ in read[0]]
-    notes = read[1] + (["outside -1 to 1: isotropic"] if any(abs(x) > 1 for x in g) else [])
+    notes = read[1] + ([make_note("isotropic-channel")] if any(abs(x) > 1 for x in g) else [])
     g = tuple(x if abs(x) <= 1 else 0.0 for x in g)
     return (g * 3 if count == 1 else g), notes

@@ -3,7 +3,6 @@
 import dataclasses
 
 from relume.translator.blocks import TRANSFORMS, Transform
-from relume.translator.diagnostics import LineReports
 from relume.translator.expressions import clip
 from relume.translator.keyword_lines import assign, read_keyword
 from relume.translator.keywords import by_word
@@ -14,13 +13,13 @@ from relume.translator.shapes import SHAPES
 ATTRIBUTES = by_word(SceneObject)
 
 REAL_BUT_IGNORED = {
-    "direct_normal": "no keyword; the original program skips it",
-    "texture_coef": "no keyword; the original program skips it",
-    "coef": "no attribute of an object; the original program skips it",
-    "nromal": "misspelt; only the line right below a disk or plane may be so",
-    "diskX": "no shape; the original program leaves it undefined",
+    "direct_normal": "no-keyword",
+    "texture_coef": "no-keyword",
+    "coef": "no-attribute",
+    "nromal": "misspelt-normal",
+    "diskX": "undefined-shape",
 }
-"""Words of real files that look like keywords and are none (spec section 1.5)."""
+"""Words of real files that look like keywords and are none (spec section 1.5), with the outcome."""
 
 OLD_WARD = {2: (1.0, 1.0), 3: (1.0,)}
 """What the forms of older manuals leave out: rho_d and rho_s, or rho_d alone (section 8.5)."""
@@ -38,7 +37,7 @@ def read_object(cursor):
 class _ObjectReader:
     def __init__(self, cursor):
         self.cursor = cursor
-        self.object = SceneObject(lines=LineReports())
+        self.object = SceneObject()
         self.lines = self.object.lines
 
     def read(self):
@@ -51,7 +50,7 @@ class _ObjectReader:
         self.lines.all = cursor.reports[first:]
         if self.object.shape is None:
             if len(cursor.values.problems) == problems:
-                self.lines.whole("ignored", "an object without a usable shape is left out")
+                self.lines.whole_becomes("object-without-shape")
             return []
         return [self.object]
 
@@ -79,7 +78,7 @@ class _ObjectReader:
 
     def unknown_shape(self, word):
         if word in REAL_BUT_IGNORED:
-            self.cursor.report(word, "ignored", REAL_BUT_IGNORED[word])
+            self.cursor.report(word, REAL_BUT_IGNORED[word])
             return None
         close = self.cursor.nearest(word, SHAPES)
         hint = f"; did you mean '{close}'?" if close else f"; shapes are {', '.join(SHAPES)}"
@@ -95,7 +94,7 @@ class _ObjectReader:
                 self.cursor.error(values[k][1], f"{row.name} expects a radius above 0", "range")
                 return None
             if numbers[k] < 0:
-                report.remark(f"radius {numbers[k]:g} read as {-numbers[k]:g}")
+                report.remark("negative-radius", given=numbers[k], read=-numbers[k])
                 numbers[k] = -numbers[k]
         if row.name == "disk2" and not 0 <= numbers[4] < numbers[3]:
             wanted = f"disk2 expects an inner radius of 0 to below {numbers[3]:g}"
@@ -109,7 +108,7 @@ class _ObjectReader:
         report = self.cursor.report(clip(word))
         read = self.cursor.values.numbers(word, rest, self.cursor.number, offset, (3,))
         for note in read[1] if read else ():
-            report.remark(note)
+            report.add(note)
         return read and tuple(value for value, _ in read[0])
 
     def edges(self):
@@ -163,7 +162,7 @@ class _ObjectReader:
         elif word in ATTRIBUTES:
             read_keyword(cursor, ATTRIBUTES[word], word, self.object, self.lines)
         elif word in REAL_BUT_IGNORED:
-            cursor.report(word, "ignored", REAL_BUT_IGNORED[word])
+            cursor.report(word, REAL_BUT_IGNORED[word])
         else:
             cursor.unknown(word, {*ATTRIBUTES, *TRANSFORMS}, "attribute")
 
@@ -185,10 +184,8 @@ class _ObjectReader:
                 return
         report = cursor.report(word)
         if len(values) < 4:
-            report.remark(
-                f"old form with {len(values)} values: rho_d 1"
-                + (", rho_s 1" if len(values) == 2 else "")
-            )
+            assumed = "rho_d 1, rho_s 1" if len(values) == 2 else "rho_d 1"
+            report.remark("old-ward-form", count=len(values), assumed=assumed)
         values = (*OLD_WARD.get(len(values), ()), *values)
         assign(self.object, self.lines, row.field, values, [report])
 
@@ -233,7 +230,7 @@ class _ObjectReader:
         if kind in ("diffuse", "specular"):
             self.object.roughness = 1.0 if kind == "diffuse" else 0.0
             for old in self.lines.reports.pop("roughness", ()):
-                old.becomes("ignored", f"'reflection {kind}' in line {cursor.number} sets it")
+                old.becomes("roughness-set-by-reflection", kind=kind, line=cursor.number)
 
     def coefficients(self, model, reports):
         """The six coefficients below `reflection1` and `reflection2`; missing ones are 0."""
@@ -251,5 +248,5 @@ class _ObjectReader:
         reports.append(cursor.report("reflection"))
         values = [value for value, _ in read[0]]
         if len(values) < 6:
-            reports[-1].remark("missing coefficients are 0")
+            reports[-1].remark("missing-coefficients")
         return tuple(values + [0.0] * (6 - len(values)))

@@ -175,6 +175,10 @@ class SceneObject:
         low=0, section="9.5")
     blackhole_disk: bool = a("blackhole_disk", "flag", 1, False, "Disk of a black hole.",
                              section="14", in_manual=False)
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(SceneObject, also=("subsurface",)),
+        compare=False,
+        repr=False,
+    )
 
 

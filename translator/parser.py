@@ -5,7 +5,7 @@ import os
 from relume.translator import checks, environment_variables
 from relume.translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
 from relume.translator.cursor import Cursor
-from relume.translator.diagnostics import LineReports, SceneError
+from relume.translator.diagnostics import SceneError
 from relume.translator.document import Document
 from relume.translator.expressions import clip
 from relume.translator.keyword_lines import assign, read_keyword
@@ -30,7 +30,7 @@ def read(path, environ=None):
             of the process.
 
     Returns:
-        The `Document`; its `source` tells what each line became.
+        The `Document`; its `lines` tell what each line became.
 
     Raises:
         SceneError: with every error in the file.
@@ -122,10 +122,9 @@ class _FileReader:
 
     def in_disabled_block(self, word):
         line, opener = self.disabled_block
-        note = f"part of the {opener} block disabled in line {line}"
+        report = self.cursor.report(clip(word), "disabled-block", opener=opener, line=line)
         if word in GLOBAL:
-            note += "; the original program would apply it to the whole scene"
-        self.cursor.report(clip(word), "ignored", note)
+            report.becomes("disabled-block-keyword")
 
     def stray(self, word):
         """A line that belongs to no keyword: a value left over, a misspelling, or anything."""
@@ -134,15 +133,13 @@ class _FileReader:
             message = f"'{clip(cursor.line.strip())}': a keyword must start in the first column"
             cursor.error(1, message, "keyword")
         elif word in OBJECT_WORDS:
-            note = "outside any OBJECT block, which an empty line ends"
-            cursor.report(word, "ignored", note)
+            cursor.report(word, "outside-object")
         elif word in REAL_BUT_IGNORED:
-            cursor.report(word, "ignored", REAL_BUT_IGNORED[word])
+            cursor.report(word, REAL_BUT_IGNORED[word])
         elif self.disabled_word:
-            note = f"a value of the disabled {self.disabled_word}"
-            cursor.report(clip(word), "ignored", note)
+            cursor.report(clip(word), "disabled-value", word=self.disabled_word)
         elif word[0] in "0123456789+-.(%":
-            cursor.report(clip(word), "ignored", "a value without a keyword")
+            cursor.report(clip(word), "value-without-keyword")
         else:
             cursor.unknown(word, KNOWN, "keyword")
 
@@ -185,10 +182,10 @@ class _FileReader:
         if read is None or not name:
             return
         for note in read[1]:
-            reports[1].remark(note)
+            reports[1].add(note)
         if name in self.document.variables:
             for report in reports:
-                report.becomes("ignored", f"{name} is defined already, the first definition counts")
+                report.becomes("variable-defined-already", name=name)
         else:
             self.document.variables[name] = read[0]
 
@@ -209,7 +206,7 @@ class _FileReader:
 
     def gravity(self, word):
         cursor = self.cursor
-        block = GRAVITY[word](lines=LineReports())
+        block = GRAVITY[word]()
         first = len(cursor.reports)
         block.lines.reports[""] = [cursor.report(word)]
         _, rest, offset = cursor.keyword_text()

@@ -15,6 +15,7 @@ from relume.translator.keywords import BLOCK, ENVIRONMENT, NEXT_LINE, TEXTS, row
 from relume.translator.materials_table import MATERIALS
 from relume.translator.object_parser import REAL_BUT_IGNORED
 from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.outcomes import OUTCOMES
 from relume.translator.shapes import SHAPES
 
 FORMS = {
@@ -88,7 +89,7 @@ def page():
         keyword_table(WormHole, ""),
         "## Words that look like keywords\n",
         "Seen in real files, and ignored.\n",
-        word_table("Word", REAL_BUT_IGNORED),
+        word_table("Word", {word: OUTCOMES[c].note for word, c in REAL_BUT_IGNORED.items()}),
         "## Manual and program\n\nWhere the manual and the original program differ. "
         "`--dialect prender` follows the program\nin the rows of kind *switch* alone; a defect of "
         "kind *never* is copied by neither dialect, and\n*same* is how both dialects read what the "

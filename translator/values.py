@@ -5,6 +5,7 @@ import re
 from relume.translator.diagnostics import Problem
 from relume.translator.expressions import ExpressionError, clip, evaluate
 from relume.translator.keywords import TEXTS
+from relume.translator.outcomes import make_note
 
 MAX_NUMBER = 1e30
 """Largest absolute value of a number: beyond it single precision fails."""
@@ -79,7 +80,7 @@ class ValueReader:
         if len(found) == count:
             result = [(value, offset + column + 1) for value, column in found]
         elif len(leading) == count and (at == len(text) or text[at] in " \t"):
-            result, notes = leading, [f"'{clip(text[at:].strip())}' after the value ignored"]
+            result, notes = leading, [make_note("text-after-value", text=clip(text[at:].strip()))]
         else:
             return self.numbers(name, text, line, offset, (count,))
         for value, column in result:
@@ -139,7 +140,7 @@ class ValueReader:
             return None
         given = self.environ.get(name)
         if given is None:
-            return 0.0, [f"environment variable {clip(name)} is not set: 0"]
+            return 0.0, [make_note("variable-not-set", name=clip(name))]
         try:
             (value, _), *rest = evaluate(given)[0]
         except (ExpressionError, ValueError):
@@ -148,4 +149,4 @@ class ValueReader:
             message = f"environment variable {clip(name)} expects one number, found '{clip(given)}'"
             self.error(line, offset + 1, message, "value")
             return None
-        return value, [f"from environment variable {clip(name)}"]
+        return value, [make_note("value-from-variable", name=clip(name))]

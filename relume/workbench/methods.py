@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import mitsuba as mi
 from relume.translator import media
+from relume.translator.outcomes import OUTCOMES
 from relume.translator.plan import plugin_types
 from relume.translator.scene_values import to_mitsuba
 
@@ -117,7 +118,8 @@ def with_subsurface(translation):
     if not any(block.reflection.subsurface for block in translation.document.objects):
         return "no object has subsurface scattering"
     dispersive = not with_dispersion(translation)
-    return media.why_simulated(diffused(translation.document), dispersive)
+    code = media.obstacle_to_dipole(diffused(translation.document), dispersive)
+    return OUTCOMES[code].note if code else ""
 
 
 def with_ward(translation):

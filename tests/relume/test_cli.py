@@ -75,7 +75,7 @@ def test_shape_of_the_json(run, room, broken):
         for error in result["errors"]:
             assert list(error) == ["line", "column", "message", "kind"]
         for line in result["lines"]:
-            assert list(line) == ["line", "keyword", "outcome", "note"]
+            assert list(line) == ["line", "keyword", "outcome", "note", "codes"]
             assert line["outcome"] in ("translated", "approximated", "ignored", "unsupported")
     good, wrong, missing = results
     assert good["errors"] == [] and wrong["plan"] is None and missing["lines"] == []
