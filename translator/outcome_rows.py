@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import string
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -35,12 +34,6 @@ class Outcome:
     picture: str
     advice: str
     prender_note: str = ""
-
-    @property
-    def placeholders(self) -> frozenset[str]:
-        """Names of the values that the note needs."""
-        found = string.Formatter().parse(self.note + self.prender_note)
-        return frozenset(name for _, name, _, _ in found if name)
 
     @property
     def pattern(self) -> str:

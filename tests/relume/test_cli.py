@@ -121,6 +121,14 @@ def test_a_missing_file_of_a_scene_is_an_error_of_kind_asset(run, room, tmp_path
     assert result["errors"] == []
 
 
+def test_a_code_is_explained_without_a_scene(run):
+    result = run("check", "--explain", "lamp-not-shown")
+    assert result.exit_code == 0 and "> the lamp itself is not shown" in result.stdout
+    result = run("check", "--explain", "lamp-not-show")
+    assert result.exit_code == 2 and "did you mean 'lamp-not-shown'" in result.stderr
+    assert run("check").exit_code == 2
+
+
 # ---- errors of users
 
 
