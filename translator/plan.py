@@ -99,7 +99,7 @@ def bootstrap(document: Document) -> float:
     return max(BOOTSTRAP, document.mlt_sample / mutations(document))
 
 
-def around_paths(
+def metropolis_integrator(
     document: Document, dialect: str, paths: Entry, reason: str
 ) -> tuple[Entry, str]:
     """The Metropolis integrator around the one that traces paths, and the reason for it."""
@@ -163,7 +163,7 @@ def integrator(
             "integrator": result,
         }
     if metropolis(document):
-        return around_paths(document, dialect, result, reason)
+        return metropolis_integrator(document, dialect, result, reason)
     return result, reason
 
 

@@ -79,3 +79,14 @@ def test_every_broken_file_is_a_problem(tmp_path):
                    for name in ("a.png", "b.png"))  # fmt: skip
     _, problems = translate_objects(prepared(read_text(text, environ={})))
     assert [(problem.line, problem.kind) for problem in problems] == [(4, "asset"), (9, "asset")]
+
+
+def test_the_first_far_dome_is_the_environment_in_any_order():
+    """Mitsuba takes one environment map: which dome it is is decided before any is made."""
+    sky = ROOT / "scenes" / "assets" / "sky.hdr"
+    dome = f"OBJECT\nsphere 0 0 0 {{}}\nibl_texture {sky}\npanoramic_map 1\n\n"
+    text = "CAMERA_POS\n0 0 9\n\n" + BALL + "\n" + dome.format(1e5) + dome.format(2e5)
+    scene = prepared(read_text(text, environ={}))
+    for index, kind in ((2, "sphere"), (1, "envmap"), (2, "sphere"), (1, "envmap")):
+        found = translate_object(scene, index, scene.document.objects[index])
+        assert [entry["type"] for entry in found.entries.values()] == [kind]
