@@ -28,12 +28,18 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.argument("paths", nargs=-1, metavar="PATH...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
+@click.option("--explain", "code", metavar="CODE", help="Explain the code of a note, and stop.")
 @scene_options
 def check(
-    paths: tuple[str, ...], as_json: bool, brief: bool, dialect: str, asset_path: tuple[str, ...]
+    paths: tuple[str, ...],
+    as_json: bool,
+    brief: bool,
+    code: str | None,
+    dialect: str,
+    asset_path: tuple[str, ...],
 ) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
@@ -42,6 +48,14 @@ def check(
     """
     from relume import checking
 
+    if code is not None:
+        try:
+            click.echo(checking.explained(code))
+        except KeyError as error:
+            raise click.BadParameter(str(error), param_hint="--explain") from None
+        return
+    if not paths:
+        raise click.UsageError("Missing argument 'PATH...'.")
     files = list(checking.files_below(paths))
     results = [checking.check_file(file, dialect, asset_path) for file in files]
     if as_json:
@@ -144,7 +158,7 @@ def convert(
     if (out is None) == (not as_python):
         raise click.UsageError("give either -o FILE.xml or --python")
     with readable_errors():
-        if as_python:
+        if out is None:
             click.echo(converter.python_source(scene, dialect, asset_path))
         else:
             for path in converter.write_xml(scene, out, dialect, asset_path):
@@ -173,7 +187,7 @@ def convert(
     show_default=True,
     help="Independent renders of each side.",
 )
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same comparison, but for the times.")
 @click.option("-o", "--output", "out", metavar="FILE.html", help="Write a page with the pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @scene_options
@@ -207,7 +221,7 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     metavar="PATTERN",
     help="Only cells such as 'grey ball/*' (repeatable).",
 )
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same verdicts.")
 @click.option("-o", "--output", "out", metavar="DIR", help="Write a page and a heat map.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def stability(as_json: bool, **options: Any) -> None:
@@ -261,7 +275,7 @@ def stability(as_json: bool, **options: Any) -> None:
     help="Independent renders at each number of samples.",
 )
 @render_option("size", help="Size of the pictures; by default at most 160 across.")
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same pictures, but not their times.")
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -75,7 +76,7 @@ def test_shape_of_the_json(run, room, broken):
         for error in result["errors"]:
             assert list(error) == ["line", "column", "message", "kind"]
         for line in result["lines"]:
-            assert list(line) == ["line", "keyword", "outcome", "note"]
+            assert list(line) == ["line", "keyword", "outcome", "note", "codes"]
             assert line["outcome"] in ("translated", "approximated", "ignored", "unsupported")
     good, wrong, missing = results
     assert good["errors"] == [] and wrong["plan"] is None and missing["lines"] == []
@@ -119,6 +120,14 @@ def test_a_missing_file_of_a_scene_is_an_error_of_kind_asset(run, room, tmp_path
     (folder / "bunny.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (result,) = json.loads(run("check", path, "--json", "--asset-path", folder.parent).stdout)
     assert result["errors"] == []
+
+
+def test_a_code_is_explained_without_a_scene(run):
+    result = run("check", "--explain", "lamp-not-shown")
+    assert result.exit_code == 0 and "> the lamp itself is not shown" in result.stdout
+    result = run("check", "--explain", "lamp-not-show")
+    assert result.exit_code == 2 and "did you mean 'lamp-not-shown'" in result.stderr
+    assert run("check").exit_code == 2
 
 
 # ---- errors of users
@@ -188,6 +197,13 @@ def test_a_variant_that_this_machine_cannot_run(run, room):
 def test_render_prints_the_files_it_wrote(run, room):
     result = run("render", room(), "-o", "a.exr", "--size", "8x6", "--spp", "2", "--seed", "1")
     assert (result.exit_code, result.stdout) == (0, "a.exr\n")
+
+
+@pytest.mark.parametrize("name", main.commands)
+def test_every_option_has_a_help(name):
+    """Also those that a command shares with others."""
+    options = [p for p in main.commands[name].params if isinstance(p, click.Option)]
+    assert [option.opts[0] for option in options if not option.help] == []
 
 
 def test_help_and_version():
