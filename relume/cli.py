@@ -31,20 +31,22 @@ def main() -> None:
 @click.argument("paths", nargs=-1, metavar="PATH...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
+@click.option("-v", "--verbose", is_flag=True, help="List all lines of files in folders, too.")
 @click.option("--explain", "code", metavar="CODE", help="Explain the code of a note, and stop.")
 @scene_options
 def check(
     paths: tuple[str, ...],
     as_json: bool,
     brief: bool,
+    verbose: bool,
     code: str | None,
     dialect: str,
     asset_path: tuple[str, ...],
 ) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
-    PATH is a scene file or a folder of them. The exit status is 0 if everything is translated, 1
-    if there are errors and 3 if something is unsupported.
+    PATH is a scene file or a folder of them, whose files have a line each. The exit status is 0 if
+    everything is translated, 1 if there are errors and 3 if something is unsupported.
     """
     from relume import checking
 
@@ -61,7 +63,10 @@ def check(
     if as_json:
         click.echo(json.dumps(results, indent=1, ensure_ascii=False))
     else:
-        checking.print_results(results, console(), every_line=not brief)
+        if checking.has_folder(paths) and not (verbose or brief):
+            checking.print_overview(results, console())
+        else:
+            checking.print_results(results, console(), every_line=not brief)
         if not results:
             click.echo("no scene files found", err=True)
     sys.exit(checking.exit_status(results) if results else 1)
