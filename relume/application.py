@@ -23,6 +23,7 @@ from relume.options import RenderOptions, kind_of
 from relume.progress import Tell, TimeLimit, progress_bar
 from relume.session import Scene, Session
 from relume.translator import Document, Translation
+from relume.translator.printer import print_document
 
 
 def read(path: str | os.PathLike[str], environ: Mapping[str, str] | None = None) -> Document:
@@ -45,6 +46,25 @@ def read(path: str | os.PathLike[str], environ: Mapping[str, str] | None = None)
     if is_mitsuba_file(path):
         raise ValueError(f"{path}: a Mitsuba scene; relume.render, load, compare and chart take it")
     return translator.read(path, environ)
+
+
+def write(document: Document, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a document as a scene file, from which `read` gets an equal document.
+
+    Values that are the default are left out, and so are comments, which a document does not hold.
+
+    Args:
+        document: what `read` returned, changed or not.
+        path: the file, written in UTF-8.
+        overwrite: whether a file that exists is replaced.
+
+    Raises:
+        FileExistsError: there is such a file, and `overwrite` is false.
+        ValueError: a value that no scene file can hold; see `translator.printer.print_document`.
+    """
+    text = print_document(document)
+    with open(path, "w" if overwrite else "x", encoding="utf-8", newline="\n") as file:
+        file.write(text)
 
 
 def load(scene: SceneSource, options: RenderOptions | None = None, **changes: Any) -> Scene:

@@ -314,3 +314,21 @@ def test_a_time_limit_gives_the_picture_so_far(room, monkeypatch):
 def test_wrong_limits_and_progress_are_said(room, arguments, error, said):
     with pytest.raises(error, match=said):
         relume.render(room(), spp=1, **arguments)
+
+
+# ---- documents written back
+
+
+def test_a_document_is_written_and_read_back(room, tmp_path):
+    """What was changed is in the file; no file is replaced unless that is asked for."""
+    path = tmp_path / "written.txt"
+    document = relume.read(room("SAMPLING\n3"))
+    document.sampling = 5
+    relume.write(document, path)
+    assert relume.read(path) == document and relume.read(path).sampling == 5
+    document.sampling = 7
+    with pytest.raises(FileExistsError):
+        relume.write(document, path)
+    assert relume.read(path).sampling == 5
+    relume.write(document, path, overwrite=True)
+    assert relume.read(path).sampling == 7
