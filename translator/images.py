@@ -1,13 +1,16 @@
 """Pictures: every format of the language, as linear floats with the top row first.
 
 The original renderer uses a byte b as the linear value b/255, with no sRGB decoding, and so does
-`read_image`. The content of a file decides on its format, not its name. 16-bit colours are
-value / maximum; colours of 16 bits a channel are cut to 8 where Pillow does so.
+`read_image`. The content of a file decides on its format, not its name; a value of n bits is
+divided by 2^n - 1. OpenImageIO reads PNG, TGA and plain BMP, Pillow JPEG and PPM, OpenEXR its own
+format; what none of them reads rightly is read here (`bitmaps`, `radiance`).
 """
 
 import re
 import struct
+import tempfile
 import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -15,13 +18,16 @@ from pathlib import Path
 import numpy as np
 from PIL import Image as PillowImage
 
-from . import radiance
+from . import bitmaps, radiance
 
 MAX_PIXELS = 1 << 26
 """Largest picture that is read (8192 x 8192 pixels)."""
 
 MAX_BYTES = 1 << 30
 """Largest picture file that is read (1 GiB)."""
+
+FORMATS = "BMP, JPEG, PNG, TGA, PPM, Radiance HDR, PFM, OpenEXR"
+"""What is read."""
 
 _TGA_TYPES = (1, 2, 3, 9, 10, 11)
 _PFM = re.compile(rb"(P[Ff])\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s")
@@ -139,8 +145,8 @@ def _decoder(data):
     """The decoder for the content of a file."""
     for magic, decoder in (
         (b"BM", _bmp),
-        (b"\x89PNG", _pillow),
-        (b"\xff\xd8\xff", _pillow),
+        (b"\x89PNG", _png),
+        (b"\xff\xd8\xff", _jpeg),
         (b"#?", _radiance),
         (b"v/1\x01", _exr),
         (b"PF", _pfm),
@@ -149,12 +155,12 @@ def _decoder(data):
         if data.startswith(magic):
             return decoder
     if re.match(rb"P[1-6]\s", data):
-        return _pillow
+        return _ppm
     if len(data) > 18 and data[1] < 2 and data[2] in _TGA_TYPES:
         return _tga
     if not data:
         raise ValueError("the file is empty")
-    raise ValueError("no known picture format (BMP, JPEG, PNG, TGA, PPM, HDR, PFM, EXR)")
+    raise ValueError(f"no picture of a known format ({FORMATS})")
 
 
 def _check_size(width, height):
@@ -164,66 +170,105 @@ def _check_size(width, height):
         raise ValueError(f"{width} x {height} pixels: at most {MAX_PIXELS} are read")
 
 
-def _pillow(data, _path):
-    with PillowImage.open(BytesIO(data), formats=["BMP", "JPEG", "PNG", "TGA", "PPM"]) as picture:
+def _pillow(data, kind):
+    """Colours by Pillow; grey is replicated."""
+    with PillowImage.open(BytesIO(data), formats=[kind]) as picture:
         _check_size(*picture.size)
         picture.load()
         if picture.mode.startswith("I"):
             grey = np.asarray(picture).astype(np.float32) / 65535
             return np.repeat(grey[..., None], 3, axis=2), None, False
-        if picture.has_transparency_data:
-            pixels = np.asarray(picture.convert("RGBA"), np.float32) / 255
-            return pixels[..., :3], pixels[..., 3], False
         return np.asarray(picture.convert("RGB"), np.float32) / 255, None, False
 
 
+def _jpeg(data, _path):
+    return _pillow(data, "JPEG")
+
+
+def _ppm(data, _path):
+    return _pillow(data, "PPM")
+
+
+def _openimageio(data, path, kind):
+    """Samples (H, W, C), float32 from 0 to 1, whether the last is opacity, by OpenImageIO.
+
+    It looks at the ending of a name before the content: a file of another name is copied.
+    """
+    import OpenImageIO as oiio
+
+    with _named(data, path, kind) as name:
+        raw = oiio.ImageSpec()
+        for option in ("oiio:UnassociatedAlpha", "oiio:RawColor"):
+            raw.attribute(option, 1)
+        file = oiio.ImageInput.open(name, raw)
+        if file is None:
+            raise ValueError(f"damaged or not supported: {_plain(oiio.geterror())}")
+        try:
+            spec = file.spec()
+            _check_size(spec.width, spec.height)
+            if spec.format == oiio.UINT8:
+                samples = file.read_image("uint8")
+            else:
+                samples = file.read_image("float")
+            if samples is None:
+                raise ValueError(f"the pixels are damaged or incomplete ({_plain(file.geterror())})")
+            has_alpha = spec.channelnames[-1] == "A"
+        finally:
+            file.close()
+    if samples.dtype == np.uint8:
+        samples = samples / np.float32(255)
+    return samples, has_alpha
+
+
+@contextmanager
+def _named(data, path, kind):
+    """A name of the file that ends as its format should."""
+    if str(path).lower().endswith(f".{kind}"):
+        yield str(path)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / f"picture.{kind}"
+        copy.write_bytes(data)
+        yield str(copy)
+
+
+def _plain(text):
+    """A library's message as part of ours: one line, without the file's name."""
+    lines = [line.strip() for line in (text or "").splitlines() if line.strip()]
+    return re.sub(r"\"[^\"]*\"|'[^']*'", "the file", lines[0]).rstrip(".") if lines else "damaged"
+
+
+def _colors(samples, has_alpha):
+    """Linear RGB and opacity of samples; grey is replicated."""
+    alpha = samples[..., -1] if has_alpha else None
+    color = samples[..., : samples.shape[2] - has_alpha]
+    return np.repeat(color, 3, axis=2) if color.shape[2] == 1 else color[..., :3], alpha
+
+
+def _png(data, path):
+    rgb, alpha = _colors(*_openimageio(data, path, "png"))
+    return rgb, alpha, False
+
+
 def _tga(data, path):
-    """Targa; its 16-bit pixels and those without attribute bits have no opacity."""
-    rgb, alpha, hdr = _pillow(data, path)
-    if (data[16] == 16 and data[2] in (2, 10)) or (data[16] == 32 and data[17] & 15 == 0):
-        alpha = None
-    return rgb, alpha, hdr
+    """Targa; 16-bit pixels, palettes and pixels without attribute bits have no opacity."""
+    kind, bits, attributes = data[2], data[16], data[17] & 15
+    _check_size(*struct.unpack_from("<HH", data, 12))
+    samples, has_alpha = _openimageio(data, path, "tga")
+    grey = kind in (3, 11)
+    rgb, alpha = _colors(samples, has_alpha or (grey and samples.shape[2] == 2))
+    opaque = attributes == 0 or (bits == 16 and not grey)
+    return rgb, None if opaque else alpha, False
 
 
 def _bmp(data, path):
-    """Windows bitmaps; Pillow drops the opacity of 32 bits and knows few bit fields."""
-    if len(data) < 54 or struct.unpack_from("<I", data, 14)[0] < 40:
-        return _pillow(data, path)
-    offset, header = struct.unpack_from("<II", data, 10)
-    width, height, _, bits, compression = struct.unpack_from("<iiHHI", data, 18)
-    _check_size(width, abs(height))
-    if compression not in (0, 3, 6):
-        return _pillow(data, path)
-    stride = (width * bits + 31) // 32 * 4
-    have = max(len(data) - offset, 0)
-    if have < stride * abs(height):
-        raise ValueError(f"the pixels are incomplete: {have} of {stride * abs(height)} bytes")
-    if bits not in (16, 32):
-        return _pillow(data, path)
-    kind = np.dtype(f"<u{bits // 8}")
-    stored = np.frombuffer(data, kind, stride // kind.itemsize * abs(height), offset)
-    stored = stored.reshape(abs(height), -1)[:, :width]
-    if height > 0:
-        stored = stored[::-1]
-    masks = _bmp_masks(data, header, bits, compression)
-    red, green, blue, alpha = (_bit_field(stored, mask) for mask in masks)
-    if not masks[3] or (compression == 0 and not alpha.any()):
-        alpha = None
-    return np.stack([red, green, blue], axis=2), alpha, False
-
-
-def _bmp_masks(data, header, bits, compression):
-    """Bit masks of red, green, blue and opacity."""
-    if compression == 0:
-        return (0x7C00, 0x3E0, 0x1F, 0) if bits == 16 else (0xFF0000, 0xFF00, 0xFF, 0xFF000000)
-    masks = struct.unpack_from("<4I", data, 54)
-    return masks if header >= 56 or compression == 6 else (*masks[:3], 0)
-
-
-def _bit_field(stored, mask):
-    """The bits of a mask as a fraction of their maximum; 0 for an empty mask."""
-    shift = (mask & -mask).bit_length() - 1 if mask else 0
-    return ((stored & mask) >> shift).astype(np.float32) / max(mask >> shift, 1)
+    header = bitmaps.Header(data)
+    _check_size(header.width, header.height)
+    bitmaps.check_complete(data, header)
+    if header.special:
+        return *bitmaps.read(data, header), False
+    rgb, _ = _colors(*_openimageio(data, path, "bmp"))
+    return rgb, None, False
 
 
 def _radiance(data, _path):
