@@ -161,7 +161,8 @@ def _bit_fields(data, header):
 def _masks(data, header):
     """Bit masks of red, green, blue and opacity."""
     if header.compression == RGB:
-        return (0x7C00, 0x3E0, 0x1F, 0) if header.bits == 16 else (0xFF0000, 0xFF00, 0xFF, 255 << 24)
+        rgb = (0x7C00, 0x3E0, 0x1F) if header.bits == 16 else (0xFF0000, 0xFF00, 0xFF)
+        return *rgb, 0 if header.bits == 16 else 0xFF000000
     if len(data) < 70:
         raise ValueError("the bitmap's bit masks are missing")
     masks = struct.unpack_from("<4I", data, 54)

@@ -211,7 +211,8 @@ def _openimageio(data, path, kind):
             else:
                 samples = file.read_image("float")
             if samples is None:
-                raise ValueError(f"the pixels are damaged or incomplete ({_plain(file.geterror())})")
+                why = _plain(file.geterror())
+                raise ValueError(f"the pixels are damaged or incomplete ({why})")
             has_alpha = spec.channelnames[-1] == "A"
         finally:
             file.close()

@@ -1,14 +1,17 @@
 """Mesh objects: OBJ files with their materials (spec section 12)."""
 
 import dataclasses
+import functools
 from pathlib import Path
 
 import numpy as np
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
-from relume.translator.mtl import MtlError, read_mtl
-from relume.translator.obj import MeshError, features, read_obj
+from relume.translator.mtl import Materials, MtlError, library_names, read_mtl, spellings
+from relume.translator.obj import read_obj
+from relume.translator.obj_model import MeshError
+from relume.translator.obj_scan import stock_obstacle
 from relume.translator.objects import Reflection
 from relume.translator.reflectances import VertexColor, load_texture, times
 from relume.translator.scene_values import Matrix, Mesh
@@ -19,6 +22,9 @@ KINDS = dict(
 """Kind of surface of each `#REFLECTION` code; 5 to 7 are subsurface scattering below it (8.8)."""
 
 BLACK = (0.0, 0.0, 0.0)
+
+NAMES = 10
+"""Most names that a note lists."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -85,7 +91,8 @@ class Meshes:
             SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
         """
         try:
-            if path not in self.files and stock_serves(block, matrix) and features(path).plain:
+            plain = path not in self.files and stock_serves(block, matrix)
+            if plain and not stock_obstacle(path):
                 tint = reflectances(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
@@ -113,12 +120,20 @@ class Meshes:
         library, folders = materials(obj, path, self.find, block)
 
         def find(name):
-            near = (folder / name.replace("\\", "/") for folder in folders)
-            return self.find(name) or next((file for file in near if file.is_file()), None)
+            for spelling in spellings(name):
+                near = (folder / spelling.replace("\\", "/") for folder in folders)
+                here = next((file for file in near if file.is_file()), None)
+                if (file := self.find(spelling) or here) is not None:
+                    return file
+            return None
 
         result = []
+        unknown = [g.material for g in obj.groups if g.material and not library.named(g.material)]
+        if unknown:
+            names = ", ".join(map(repr, unknown[:NAMES])) + (", …" if len(unknown) > NAMES else "")
+            block.lines.remark("", f"{Path(path).name}: no MTL file defines {names}")
         for index, group in enumerate(obj.groups):
-            material = library.get((group.material or "").casefold())
+            material = library.named(group.material) if group.material else None
             described = block if material is None else with_material(block, material)
             colored = group.colors is not None
             tint = reflectances(described, material, find, self.spectral, colored, block.color)
@@ -159,18 +174,27 @@ def materials(obj, path, find, block):
 
     A missing file is noted.
     """
-    library, folders = {}, [Path(path).parent]
-    for line, name in obj.mtllib:
+    library, folders, read, missing = Materials(), [Path(path).parent], set(), {}
+
+    @functools.cache
+    def beside_or_found(name):
         beside = Path(path).parent / name.replace("\\", "/")
-        file = beside if beside.is_file() else find(name)
-        if file is None:
-            block.lines.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
-            continue
-        found = read_mtl(file)
-        for note in found.notes[:20]:
-            block.lines.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
-        library.update(found)
-        folders.append(Path(file).parent)
+        return beside if beside.is_file() else find(name)
+
+    for line, text in obj.mtllib:
+        for name in library_names(text, lambda name: beside_or_found(name) is not None):
+            file = beside_or_found(name)
+            if file is None:
+                missing.setdefault(name, line)
+            elif file not in read:
+                read.add(file)
+                found = read_mtl(file)
+                for note in found.notes[:20]:
+                    block.lines.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
+                library.update(found)
+                folders.append(Path(file).parent)
+    for name, line in list(missing.items())[:NAMES]:
+        block.lines.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
     return library, folders
 
 
@@ -225,8 +249,10 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
             repeat=material.repeat or block.repeat,
             uv_scale=(u, v),
             uv_offset=(du, -dv),
+            clamp=material.map_kd.clamp,
             spectral=spectral,
         )
+        picture = picture.adjusted(material.map_kd.base, material.map_kd.gain)
         return Reflectances(times(picture, object_color), block.specular)
     if block.texture is not None:
         picture = load_texture(

@@ -42,14 +42,15 @@ class TextureMap:
         file: name as written, without options.
         scale: factors (u, v, w) of ``-s``.
         offset: shifts (u, v, w) of ``-o``.
-        bump_multiplier: factor of ``-bm``.
-        clamp: ``-clamp on``: nothing outside [0, 1] in u and v.
+        base, gain: ``-mm``: a texel x is used as base + gain x.
+        clamp: ``-clamp on``: outside [0, 1] in u and v the texels at the edge go on.
     """
 
     file: str
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    bump_multiplier: float = 1.0
+    base: float = 0.0
+    gain: float = 1.0
     clamp: bool = False
 
 
@@ -152,6 +153,44 @@ class Materials(dict):
     def __init__(self):
         super().__init__()
         self.notes = []
+
+    def named(self, name):
+        """The material of a name as written after ``usemtl``, or None.
+
+        What looks like a comment may be a part of the name, here and after ``newmtl``: the whole
+        name is looked for first.
+        """
+        for spelling in spellings(name):
+            if (found := self.get(spelling.casefold())) is not None:
+                return found
+        return None
+
+
+def spellings(name):
+    """What a name may mean, most literal first: as written, with its blanks no longer escaped, and
+    both without what follows a ``#``.
+    """
+    bare = _without_comment(name)
+    return list(dict.fromkeys((name, name.replace("\\ ", " "), bare, bare.replace("\\ ", " "))))
+
+
+def library_names(text, exists):
+    """The files that the rest of a ``mtllib`` line names.
+
+    Args:
+        text: one name that may hold blanks, or several names between blanks, in which a blank of a
+            name is escaped by a backslash.
+        exists: whether there is a file of a name.
+    """
+    for spelling in spellings(text):
+        if exists(spelling):
+            return [spelling]
+    words = re.split(r"(?<!\\)\s+", _without_comment(text))
+    return [word.replace("\\ ", " ") for word in words] if len(words) > 1 else [text]
+
+
+def _without_comment(name):
+    return name.partition(" #")[0].rstrip()
 
 
 def read_mtl(path):
@@ -274,13 +313,20 @@ class _Reader:
         return False
 
     def begin(self, line, name):
-        if not name:
-            raise self.error(_indent(line), "newmtl without a name")
-        if name.casefold() in self.found:
-            self.note(f"material {name!r} is defined again: the last definition counts")
-            del self.found[name.casefold()]
         self.material = Material(name, self.number)
+        if not name:
+            self.note("newmtl without a name: nothing can use this material")
+            return
+        if self.defined(name):
+            self.note(f"material {name!r} is defined again: the last definition counts")
+        self.found.pop(name.casefold(), None)
         self.found[name.casefold()] = self.material
+        self.found.setdefault(_without_comment(name).casefold(), self.material)
+
+    def defined(self, name):
+        """Whether there is a material of that very name, not only one with a comment behind it."""
+        before = self.found.get(name.casefold())
+        return before is not None and before.name.casefold() == name.casefold()
 
     def color(self, line, key):
         words = line.split("#")[0].split() if not key.startswith("#") else line.split()
@@ -336,8 +382,8 @@ class _Reader:
                 numbers = [self.parse(*value) for value in values]
                 numbers += [default] * (3 - len(numbers))
                 result["scale" if option == "-s" else "offset"] = tuple(numbers)
-            elif option == "-bm" and values:
-                result["bump_multiplier"] = self.parse(*values[0])
+            elif option == "-mm" and len(values) == 2:
+                result["base"], result["gain"] = (self.parse(*value) for value in values)
             elif option == "-clamp" and values:
                 result["clamp"] = values[0][1] == "on"
             else:

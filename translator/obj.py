@@ -2,30 +2,27 @@
 
 Mitsuba's stock ``obj`` plugin is the fastest reader there is, but it ignores vertex colours and
 materials, refuses negative indices, and returns uninitialised memory for several malformed files.
-`features` scans a file for everything the stock plugin would get wrong; only where it says `plain`
-may the file go there. (Should the stock plugin still refuse such a file, `read_obj` says where the
-mistake is.) `read_obj` reads every file, in bulk: the lines are sorted by keyword, and the numbers
-of all lines of a keyword are converted at once.
+`obj_scan.stock_obstacle` scans a file for all that the stock plugin would get wrong; only where it
+finds nothing may the file go there. `read_obj` reads every file, in bulk: the lines are sorted by
+keyword, and the numbers of all lines of a keyword are converted at once.
 
 Coordinates are those of the file: v of a texture coordinate grows upwards, where the stock plugin
 by default hands on 1 - v.
 """
 
+import bisect
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
+from .obj_faces import CornerTables, triangulated
 from .obj_model import (
-    MAX_BYTES,
     Group,
     MeshError,
     ObjFile,
     keep_freed_memory,
     open_mesh,
-    vertex_normals,
 )
-from .obj_scan import NotPlainError, PlainScan
 from .obj_text import (
     BLANK,
     MAX_DIGITS,
@@ -34,24 +31,11 @@ from .obj_text import (
     corners,
     decimals,
     decode,
-    fan,
     join_lines,
     parse_lines,
     split_by_label,
     unify,
 )
-
-__all__ = [
-    "MAX_BYTES",
-    "Features",
-    "Group",
-    "MeshError",
-    "ObjFile",
-    "features",
-    "plain",
-    "read_obj",
-    "vertex_normals",
-]
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
@@ -63,54 +47,8 @@ _IGNORED = {b"", b"g", b"o", b"s"}
 _V, _VT, _VN, _F, _USEMTL, _MTLLIB, _OTHER = range(7)
 _KEYWORDS = (b"v", b"vt", b"vn")
 _ATTRIBUTES = ("vertex", "texture coordinate", "normal")
-
-
-@dataclass(frozen=True)
-class Features:
-    """Whether Mitsuba's stock ``obj`` plugin reads a file as `read_obj` does.
-
-    Attributes:
-        plain: True if it does.
-        reason: why not, None where it does.
-        has_normals: all corners name a normal (known only where plain).
-        has_uv: all corners name a texture coordinate (known only where plain).
-    """
-
-    plain: bool
-    reason: str | None
-    has_normals: bool
-    has_uv: bool
-
-
-def plain(path):
-    """True if Mitsuba's stock ``obj`` plugin reads the file as `read_obj` does; see `features`."""
-    return features(path).plain
-
-
-def features(path):
-    """Scan an OBJ file for what Mitsuba's stock plugin ignores or misreads.
-
-    Plain files consist of ``v``, ``vt``, ``vn``, ``f``, comments and grouping lines; their faces
-    are triangles and quads with positive indices that all name the same attributes; the last
-    vertex has no colour. Ranges of indices are left to the stock plugin, which checks them.
-
-    Args:
-        path: OBJ file.
-
-    Returns:
-        `Features`.
-
-    Raises:
-        MeshError: the file cannot be opened or is too large.
-    """
-    scan = PlainScan()
-    keep_freed_memory()
-    try:
-        with open_mesh(path) as file:
-            scan.read(file)
-    except NotPlainError as reason:
-        return Features(False, str(reason), False, False)
-    return Features(True, None, "n" in scan.attributes, "t" in scan.attributes)
+_FEWEST = {_V: 3, _VT: 1, _VN: 3}
+_LARGEST = float(np.finfo(np.float32).max)
 
 
 def read_obj(path):
@@ -128,7 +66,7 @@ def read_obj(path):
 
     Raises:
         MeshError: no regular file, too large, not text, a malformed or non-finite number, an index
-            that is 0 or names nothing, a face with fewer than three corners, no faces.
+            that is 0 or names nothing, a vertex beyond single precision, no faces.
     """
     keep_freed_memory()
     with open_mesh(path) as file:
@@ -153,16 +91,18 @@ class _Reader:
     def read(self):
         v, vt, vn = (self.numbers(kind) for kind in (_V, _VT, _VN))
         positions, colors = self.vertices(*v)
-        uv = np.stack([column(vt, 0), column(vt, 1)], axis=1)
+        uv = texture_coordinates(vt)
         normals = np.stack([column(vn, k) for k in range(3)], axis=1)
-        faces, counts = self.corners((len(positions), len(uv), len(normals)))
-        triangles, owner = fan(faces, counts)
-        self.note_polygons(counts)
-        materials, labels = self.materials()
+        lines, faces, counts = self.corners((len(positions), len(uv), len(normals)))
+        triangles, owner, concave = triangulated(faces, counts, positions)
+        if len(concave):
+            self.note_faces(lines[concave], "concave faces are cut into ears")
+        materials, labels = self.materials(lines)
+        tables = CornerTables(positions, uv, normals, triangles)
         groups = []
         for label, members in split_by_label(labels[owner]):
-            tables = positions, uv, normals, colors
-            groups.append(self.group(triangles[members], *materials[label], *tables))
+            share = triangles[members], lines[owner[members]]
+            groups.append(self.group(*share, *materials[label], tables, positions, colors))
         self.note_other_lines()
         mtllib = [
             (self.place(self.starts[i])[0], name)
@@ -206,10 +146,12 @@ class _Reader:
 
     def place(self, offset):
         """Line and column of an offset in the file as it was."""
-        before = [joint for joint in self.joints if joint < offset]
-        line = self.data.count(b"\n", 0, offset) + len(before) + 1
-        start = max(self.data.rfind(b"\n", 0, offset), *before[-1:], -1)
-        return line, int(offset - start)
+        index = int(np.searchsorted(self.starts, offset, side="right")) - 1
+        joints = bisect.bisect_left(self.joints, offset)
+        start = self.ends[index - 1] if index else -1
+        if joints:
+            start = max(start, self.joints[joints - 1])
+        return index + joints + 1, int(offset - start)
 
     def error(self, offset, message):
         return MeshError(self.path, *self.place(offset), message)
@@ -243,8 +185,11 @@ class _Reader:
         try:
             values, counts = parse_lines(text, _KEYWORDS[kind], decimals)
         except MalformedError as error:
-            raise self.bad_number(lines) from error
-        need = 2 if kind == _VT else 3
+            usable = self.with_white(lines) if kind == _V else None
+            if usable is None:
+                raise self.bad_number(lines) from error
+            values, counts = parse_lines(usable, _KEYWORDS[kind], decimals)
+        need = _FEWEST[kind]
         short = np.flatnonzero(counts < need)
         if len(short):
             message = f"{_ATTRIBUTES[kind]} with {counts[short[0]]} of {need} numbers"
@@ -254,14 +199,33 @@ class _Reader:
     def bad_number(self, lines):
         for line in lines:
             for offset, token in self.tokens(line):
-                if not _NUMBER.fullmatch(token) or not np.isfinite(float(token)):
+                if not _is_finite(token):
                     return self.error(offset, f"{decode(token)!r} is not a finite number")
         raise AssertionError("every token is a number")
+
+    def with_white(self, lines):
+        """The text of the vertex lines with 1 for colours that are no numbers; None if others are
+        not."""
+        texts, wrong = [], []
+        for line in lines:
+            words = [token for _, token in self.tokens(line)]
+            bad = [k for k, word in enumerate(words) if not _is_finite(word)]
+            if bad and (bad[0] < 3 or len(words) < 6):
+                return None
+            if bad:
+                wrong.append(line)
+            texts.append(b" ".join([b"v", *(b"1" if k in bad else w for k, w in enumerate(words))]))
+        self.note_faces(np.array(wrong), "vertices with a colour that is no finite number: it is 1")
+        return b"\n".join([*texts, b""])
 
     def vertices(self, values, counts):
         """Positions (N, 3), and colours (N, 3) or None."""
         table = values, counts
         positions = np.stack([column(table, k) for k in range(3)], axis=1)
+        far = np.flatnonzero((np.abs(positions) > _LARGEST).any(axis=1))
+        if len(far):
+            line = np.flatnonzero(self.kinds == _V)[far[0]]
+            raise self.error(self.starts[line], "a vertex beyond single precision")
         if not len(counts) or counts[-1] < 6:
             return positions, None
         short = counts < 6
@@ -278,7 +242,8 @@ class _Reader:
     # -- faces ----------------------------------------------------------------------------------
 
     def corners(self, sizes):
-        """Corners of all faces as indices from 0 (C, 3), -1 for none; corners of each face."""
+        """Lines of all faces, their corners as indices from 0 (C, 3), -1 for none, and how many
+        corners each has."""
         lines, text = self.lines_of(_F)
         if not len(lines):
             raise MeshError(self.path, None, None, "has no faces")
@@ -286,12 +251,20 @@ class _Reader:
             found, counts = parse_lines(text, b"f", corners)
         except MalformedError as error:
             raise self.bad_corner(lines) from error
-        short = np.flatnonzero(counts < 3)
-        if len(short):
-            message = f"face with {counts[short[0]]} of at least 3 corners"
-            raise self.error(self.starts[lines[short[0]]], message)
+        short = counts < 3
+        if short.any():
+            if short.all():
+                message = f"face with {counts[0]} of at least 3 corners"
+                raise self.error(self.starts[lines[0]], message)
+            self.note_faces(lines[short], "faces with fewer than 3 corners are left out")
+            found = found[np.repeat(~short, counts)]
+            lines, counts = lines[~short], counts[~short]
         for k, size in enumerate(sizes):
             index = found[:, k]
+            if k and not size and index.any():
+                text = f"faces whose corners name a {_ATTRIBUTES[k]}, of which the file has none"
+                self.note_faces(lines[:1], text, len(lines))
+                index[:] = 0
             negative = index < 0
             if negative.any():
                 seen = np.cumsum(self.kinds == (_V, _VT, _VN)[k])[lines]
@@ -300,7 +273,7 @@ class _Reader:
             wrong = np.flatnonzero(index > size)
             if len(wrong):
                 raise self.missing(lines, counts, wrong[0], _ATTRIBUTES[k], size)
-        return found - 1, counts
+        return lines, found - 1, counts
 
     def bad_corner(self, lines):
         for line in lines:
@@ -319,12 +292,10 @@ class _Reader:
         offset, token = self.tokens(lines[face])[corner - (np.cumsum(counts) - counts)[face]]
         return self.error(offset, f"{decode(token)!r} names no {what}: there are {size}")
 
-    def note_polygons(self, counts):
-        many = np.flatnonzero(counts > 4)
-        if len(many):
-            line = self.place(self.starts[np.flatnonzero(self.kinds == _F)[many[0]]])[0]
-            text = f"{len(many)} faces with more than 4 corners, split about their first corner"
-            self.notes.append((line, text))
+    def note_faces(self, lines, text, count=None):
+        """Note, at the first of some lines, how many there are."""
+        line = self.place(self.starts[lines.min()])[0]
+        self.notes.append((line, f"{count or len(np.unique(lines))} {text}"))
 
     def note_other_lines(self):
         seen = {}
@@ -338,10 +309,9 @@ class _Reader:
 
     # -- groups ---------------------------------------------------------------------------------
 
-    def materials(self):
-        """[(name, line)] and the material of each face as an index into it."""
+    def materials(self, faces):
+        """[(name, line)] and the material of each face, given its line, as an index into it."""
         switches = np.flatnonzero(self.kinds == _USEMTL)
-        faces = np.flatnonzero(self.kinds == _F)
         materials, known, labels = [(None, None)], {}, [0]
         for switch in switches:
             name = self.rest(switch)
@@ -351,28 +321,40 @@ class _Reader:
             labels.append(known[name.casefold()])
         return materials, np.array(labels)[np.searchsorted(switches, faces)]
 
-    def group(self, triangles, name, line, positions, uv, normals, colors):
+    def group(self, triangles, lines, name, line, tables, positions, colors):
+        triangles = triangles.copy()
+        if len(bare := tables.complete_uv(triangles)):
+            text = "faces in which not all corners name a texture coordinate have none"
+            self.note_faces(lines[bare], text)
+        if len(bare := tables.complete_normals(triangles)):
+            text = "faces with corners without a normal of some length, which get a mean one"
+            self.note_faces(lines[bare], text)
         corners = triangles.reshape(-1, 3)
-        given = corners.min(axis=0) >= 0
-        for k in np.flatnonzero(~given & (corners.max(axis=0) >= 0)):
-            where = f"material {name!r}" if name else "faces without material"
-            text = f"{where}: not all corners name a {_ATTRIBUTES[k]}, so none is used"
-            self.notes.append((line or 1, text))
-        source, attributes, faces = unify(corners * given)
-        unit = None
-        if given[2]:
-            unit = normals[attributes[:, 1]]
-            length = np.linalg.norm(unit, axis=1, keepdims=True)
-            unit = unit / length if length.min() > 0 else None
-            if unit is None:
-                self.notes.append((line or 1, "normals of length 0: the normals are not used"))
+        given = corners[0] >= 0
+        source, attributes, faces = unify(np.maximum(corners, 0))
         return Group(
             material=name,
+            normals=tables.normals[attributes[:, 1]] if given[2] else None,
+            uv=tables.uv[attributes[:, 0]] if given[1] else None,
             line=line,
             vertices=positions[source],
             faces=faces.reshape(-1, 3).astype(np.int32),
-            normals=unit,
-            uv=uv[attributes[:, 0]] if given[1] else None,
+
             colors=None if colors is None else colors[source],
             source=source,
         )
+
+
+def texture_coordinates(table):
+    """(u, v) of all ``vt`` lines, float64 (N, 2); v is 0 where a line has one number."""
+    values, counts = table
+    uv = np.zeros((len(counts), 2))
+    if len(counts):
+        uv[:, 0] = column(table, 0)
+        pairs = counts > 1
+        uv[pairs, 1] = values[(np.cumsum(counts) - counts)[pairs] + 1]
+    return uv
+
+
+def _is_finite(token):
+    return bool(_NUMBER.fullmatch(token)) and bool(np.isfinite(float(token)))

@@ -10,7 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 
-_FORMS = {0: ("a", set()), 1: ("a/b", {"t"}), 2: ("a/b/c", {"n", "t"}), -2: ("a//c", {"n"})}
+from .obj_model import keep_freed_memory, open_mesh
+
+_FORMS = {0: "v", 1: "vt", 2: "vtn", -2: "vn"}
+"""Attributes that a corner of so many slashes names, in their order; -2 for a double slash."""
+
+_DIGITS = 38
+"""A number with more digits before the point, or such an exponent, may leave single precision."""
 
 
 def _blank(characters):
@@ -33,7 +39,7 @@ class PlainScan:
 
     def __init__(self):
         self.form = None
-        self.attributes = set()
+        self.counts = {"v": 0, "t": 0, "n": 0}
         self.last_vertex = b""
         self.repeated_form = None
         self.runs = 0
@@ -53,7 +59,7 @@ class PlainScan:
             raise NotPlainError("vertex colours")
         if self.form is None:
             raise NotPlainError("no faces")
-        if self.attributes != self.form[1]:
+        if any(self.counts[name] for name in "tn" if name not in self.form):
             raise NotPlainError("texture coordinates or normals that no face uses")
 
     def block(self, chunk):
@@ -101,12 +107,21 @@ class PlainScan:
         if form != self.repeated_form:
             self.corners(gaps[: line - 1], kinds[:line])
             self.repeated_form = form
+        lines = delimiters.reshape(-1, line)
+        tokens = np.flatnonzero(~touching[: line - 1])
+        for k, token in enumerate(tokens):
+            name = self.form[k % len(self.form)]
+            self.known(text, lines[:, token], lines[:, token + 1], name)
         return True
 
     def faces(self, text, delimiters, kinds, starts):
         gaps = np.diff(delimiters)
         self.indices(text, gaps, starts)
         self.corners(gaps, kinds)
+        tokens = np.flatnonzero((gaps > 1) & (kinds[:-1] != 10))
+        for k, name in enumerate(self.form):
+            column = tokens[k :: len(self.form)]
+            self.known(text, delimiters[column], delimiters[column + 1], name)
 
     @staticmethod
     def indices(text, gaps, starts):
@@ -117,8 +132,35 @@ class PlainScan:
         if gaps.max(initial=0) > 10:
             raise NotPlainError("indices above a thousand million")
 
+    def known(self, text, begin, end, name):
+        """Check that indices name lines above these faces.
+
+        Numbers of fewer digits than the largest index are below it; of as many digits, those whose
+        leading digits are smaller. Only the others are looked at further.
+
+        Args:
+            text: bytes of the faces.
+            begin, end: offsets of the delimiters around the indices.
+            name: attribute that they name.
+        """
+        largest = str(self.counts[name]).encode()
+        length = end - begin - 1
+        longest = length.max(initial=0)
+        if longest > len(largest):
+            raise NotPlainError("indices of lines that are not above the face")
+        if longest < len(largest):
+            return
+        rest = begin[length == longest] + 1
+        for digit in largest:
+            found = text[rest]
+            if (found > digit).any():
+                raise NotPlainError("indices of lines that are not above the face")
+            rest = rest[found == digit] + 1
+            if not len(rest):
+                return
+
     def corners(self, gaps, kinds):
-        """Check the delimiters of whole ``f`` lines: equal forms, three or four corners."""
+        """Check the delimiters of whole ``f`` lines: equal forms, three corners."""
         if not (_blank(kinds) | (kinds == 47)).all():
             raise NotPlainError("indices with a sign")
         slash = kinds == 47
@@ -133,8 +175,8 @@ class PlainScan:
         forms = np.where(doubles == 0, slashes, -slashes)[corner]
         count = np.concatenate(([0], np.cumsum(corner)))[np.flatnonzero(kinds[blank] == 10)]
         count = np.diff(count, prepend=0)
-        if count.min() < 3 or count.max() > 4:
-            raise NotPlainError("faces with fewer than 3 or more than 4 corners")
+        if count.min() < 3 or count.max() > 3:
+            raise NotPlainError("faces that are no triangles")
         form = _FORMS.get(int(forms[0]))
         if form is None or (forms != forms[0]).any() or self.form not in (None, form):
             raise NotPlainError("corners that name different attributes")
@@ -148,7 +190,12 @@ class PlainScan:
         if vertex.any():
             last = starts[vertex][-1]
             self.last_vertex = text[last : last + 1024].tobytes().split(b"\n", 1)[0]
-        self.attributes |= {name for name, any_ in (("n", normal), ("t", texture)) if any_.any()}
+        for name, lines in (("v", vertex), ("t", texture), ("n", normal)):
+            self.counts[name] += np.count_nonzero(lines)
+        if normal.any():
+            self.directions(text, starts[normal])
+        if np.diff(delimiters).max(initial=0) > _DIGITS:
+            raise NotPlainError("numbers of very many digits")
         letters = np.count_nonzero(text > 57) - len(starts) - np.count_nonzero(~vertex)
         point, sign = kinds == 46, (kinds == 43) | (kinds == 45)
         if not (_blank(kinds) | point | sign).all():
@@ -159,6 +206,13 @@ class PlainScan:
             raise NotPlainError("malformed numbers")
         if letters:
             self.exponents(text, delimiters, kinds, letters)
+
+    @staticmethod
+    def directions(text, starts):
+        """Check that each ``vn`` line has a digit that is not 0."""
+        digit = (text - np.uint8(ord("1")) < 9).view(np.uint8)
+        if not np.maximum.reduceat(digit, starts).all():
+            raise NotPlainError("normals of length 0")
 
     def exponents(self, text, delimiters, kinds, letters):
         """Check that all letters are the e of a well-formed exponent."""
@@ -174,3 +228,32 @@ class PlainScan:
             or (delimiters[end] == e + 1 + signed).any()
         ):
             raise NotPlainError("malformed numbers")
+        digits = delimiters[end] - (e + 1 + signed)
+        tens = text[delimiters[end] - 2]
+        if (digits > 2).any() or ((digits == 2) & (tens > ord("2"))).any():
+            raise NotPlainError("numbers with exponents above 29")
+
+
+def stock_obstacle(path):
+    """Scan an OBJ file for what Mitsuba's stock plugin ignores, misreads or refuses.
+
+    Plain files consist of ``v``, ``vt``, ``vn``, ``f``, comments and grouping lines; their faces
+    are triangles with positive indices of lines above them that all name the same attributes; the
+    last vertex has no colour, no normal is 0, and all numbers lie in the range of single precision.
+
+    Args:
+        path: OBJ file.
+
+    Returns:
+        Why the plugin does not read the file as `obj.read_obj` does; empty where it does.
+
+    Raises:
+        MeshError: the file cannot be opened or is too large.
+    """
+    keep_freed_memory()
+    try:
+        with open_mesh(path) as file:
+            PlainScan().read(file)
+    except NotPlainError as reason:
+        return str(reason)
+    return ""

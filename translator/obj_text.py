@@ -196,15 +196,6 @@ def _fields(block, start):
     return [(corner[chosen], chosen) for chosen in (leads, texture, double | third)]
 
 
-def fan(corners, counts):
-    """Triangles (T, 3 corners, 3 attributes) and the face that each belongs to."""
-    first = np.cumsum(counts) - counts
-    owner = np.repeat(np.arange(len(counts)), counts - 2)
-    base = first[owner]
-    step = np.arange(len(owner)) - (first - 2 * np.arange(len(counts)))[owner]
-    return corners[np.stack([base, base + step + 1, base + step + 2], axis=1)], owner
-
-
 def split_by_label(labels):
     """(label, indices) for each label, in order of first appearance."""
     if (labels == labels[0]).all():

@@ -249,7 +249,7 @@ def test_transforms(translated, write):
 
 
 def torus(rows=24, columns=40):
-    """OBJ text of a torus of quads with texture coordinates and normals."""
+    """OBJ text of a torus of triangles with texture coordinates and normals."""
     lines = []
     for i in range(rows):
         for j in range(columns):
@@ -264,7 +264,8 @@ def torus(rows=24, columns=40):
             k, m = i, (i + 1) % rows
             f, g = j, (j + 1) % columns
             quad = [r * columns + c + 1 for r, c in ((k, f), (m, f), (m, g), (k, g))]
-            lines.append("f " + " ".join(f"{x}/{x}/{x}" for x in quad))
+            for corners in (quad[:3], [quad[0], *quad[2:]]):
+                lines.append("f " + " ".join(f"{x}/{x}/{x}" for x in corners))
     return "\n".join(lines) + "\n"
 
 
@@ -288,6 +289,32 @@ def test_both_readers_give_one_picture(load, view, write, translated, write_pict
     different = np.abs(pictures[0] - pictures[1]).max(axis=2) > 1e-3
     assert different.mean() < 0.01
     assert abs(np.mean(pictures[0]) - np.mean(pictures[1])) < 1e-3
+
+
+def test_several_libraries_and_odd_names(translated, write, write_picture, tmp_path):
+    """All files of an `mtllib` line are read, names with blanks and comments are understood."""
+    (tmp_path / "a.mtl").write_text("newmtl red # the first\nKd 1 0 0\n")
+    (tmp_path / "the other.mtl").write_text("newmtl wood\nmap_Kd my\\ wood.png # oak\n")
+    write_picture("my wood.png", np.full((2, 2, 3), 51))
+    faces = f"usemtl red\n{FACE}usemtl wood # 2\n{FACE}usemtl none\n{FACE}"
+    write(f"mtllib a.mtl the\\ other.mtl absent.mtl # all\n{QUAD}{faces}")
+    result = translated(OBJECT + "reflection diffuse\n")
+    red, wood, none = [e for name, e in result.scene.items() if name.startswith("object")]
+    assert red["bsdf"]["bsdf"]["reflectance"] == rgb(1, 0, 0)
+    assert wood["bsdf"]["bsdf"]["reflectance"]["type"] == "bitmap"
+    assert none["bsdf"]["bsdf"]["reflectance"] == rgb(0.5, 0.25, 0.125)
+    notes = result.document.objects[0].lines.all[0].note
+    assert "m.obj:1: no such file 'absent.mtl'" in notes
+    assert "m.obj: no MTL file defines 'none'" in notes
+
+
+def test_options_of_a_picture(parts, write_picture):
+    """`-clamp on` lets the edge go on, `-mm base gain` is base + gain x."""
+    write_picture("a.png", np.full((3, 3, 3), 102))
+    (part,) = parts("newmtl m\nmap_Kd -clamp on -mm 0.1 0.5 a.png\n", lines="color 1 1 1\n")
+    picture = part["bsdf"]["bsdf"]["reflectance"]
+    assert picture["wrap_mode"] == "clamp"
+    np.testing.assert_allclose(picture["picture"].pixels, 0.1 + 0.5 * 102 / 255, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
