@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image as PillowImage
+from PIL import UnidentifiedImageError
 
 from . import bitmaps, radiance
 
@@ -172,7 +173,11 @@ def _check_size(width, height):
 
 def _pillow(data, kind):
     """Colours by Pillow; grey is replicated."""
-    with PillowImage.open(BytesIO(data), formats=[kind]) as picture:
+    try:
+        opened = PillowImage.open(BytesIO(data), formats=[kind])
+    except UnidentifiedImageError:
+        raise ValueError(f"damaged, or no {kind}") from None
+    with opened as picture:
         _check_size(*picture.size)
         picture.load()
         if picture.mode.startswith("I"):

@@ -8,7 +8,8 @@ import numpy as np
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
-from relume.translator.mtl import Materials, MtlError, library_names, read_mtl, spellings
+from relume.translator.mtl import Materials, MtlError, read_mtl
+from relume.translator.mtl_names import library_names, spellings
 from relume.translator.obj import read_obj
 from relume.translator.obj_model import MeshError
 from relume.translator.obj_scan import stock_obstacle

@@ -11,6 +11,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from .mtl_names import spellings, without_comment
+
 MAX_BYTES = 16 << 20
 """Largest MTL file that is read (16 MiB)."""
 
@@ -166,33 +168,6 @@ class Materials(dict):
         return None
 
 
-def spellings(name):
-    """What a name may mean, most literal first: as written, with its blanks no longer escaped, and
-    both without what follows a ``#``.
-    """
-    bare = _without_comment(name)
-    return list(dict.fromkeys((name, name.replace("\\ ", " "), bare, bare.replace("\\ ", " "))))
-
-
-def library_names(text, exists):
-    """The files that the rest of a ``mtllib`` line names.
-
-    Args:
-        text: one name that may hold blanks, or several names between blanks, in which a blank of a
-            name is escaped by a backslash.
-        exists: whether there is a file of a name.
-    """
-    for spelling in spellings(text):
-        if exists(spelling):
-            return [spelling]
-    words = re.split(r"(?<!\\)\s+", _without_comment(text))
-    return [word.replace("\\ ", " ") for word in words] if len(words) > 1 else [text]
-
-
-def _without_comment(name):
-    return name.partition(" #")[0].rstrip()
-
-
 def read_mtl(path):
     """Read an MTL file.
 
@@ -321,7 +296,7 @@ class _Reader:
             self.note(f"material {name!r} is defined again: the last definition counts")
         self.found.pop(name.casefold(), None)
         self.found[name.casefold()] = self.material
-        self.found.setdefault(_without_comment(name).casefold(), self.material)
+        self.found.setdefault(without_comment(name).casefold(), self.material)
 
     def defined(self, name):
         """Whether there is a material of that very name, not only one with a comment behind it."""

@@ -140,7 +140,8 @@ class PlainScan:
 
         Args:
             text: bytes of the faces.
-            begin, end: offsets of the delimiters around the indices.
+            begin: offsets of the delimiters before the indices.
+            end: offsets of those behind them.
             name: attribute that they name.
         """
         largest = str(self.counts[name]).encode()

@@ -1,7 +1,8 @@
 """MTL files: every key of the language, its rules over several keys, and located errors."""
 
 import pytest
-from relume.translator.mtl import MtlError, TextureMap, library_names, read_mtl
+from relume.translator.mtl import MtlError, TextureMap, read_mtl
+from relume.translator.mtl_names import library_names
 
 
 def _read(tmp_path, text, encoding="utf-8"):
