@@ -1,26 +1,30 @@
 """Checks that concern several values, or values together with their meaning."""
 
+from __future__ import annotations
+
 import math
 
-from relume.translator.diagnostics import Problem
-from relume.translator.document import MAX_PIXELS, MAX_SAMPLES
+from relume.translator.diagnostics import LineReports, Problem
+from relume.translator.document import MAX_PIXELS, MAX_SAMPLES, Document
+from relume.translator.forms.numbers import Triple
+from relume.translator.objects import SceneObject
 from relume.translator.plan import metropolis, samples, samples_reason
 from relume.translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
 
-NARROWEST, WIDEST = 1e-3, 179.9
-"""Field of view that a camera can have [degree]."""
+MIN_FIELD_OF_VIEW, MAX_FIELD_OF_VIEW = 1e-3, 179.9
+"""What a camera can have [degree]."""
 
 PARALLEL = 1e-9
 """Sine of the angle below which two vectors count as parallel."""
 
 
-def check(document):
+def check(document: Document) -> list[Problem]:
     """The problems of a document that no single value shows.
 
     Returns:
         Problems at the line of the value concerned (line 0 where the file does not set it).
     """
-    problems = []
+    problems: list[Problem] = []
     _picture(document, problems)
     _camera(document, problems)
     _field_of_view(document, problems)
@@ -30,13 +34,19 @@ def check(document):
     return problems
 
 
-def _problem(problems, source, field, message, kind="value"):
-    lines = source.reports.get(field) or source.reports.get("") or ()
+def _problem(
+    problems: list[Problem],
+    reports: LineReports,
+    field: str,
+    message: str,
+    kind: str = "value",
+) -> None:
+    lines = reports.reports.get(field) or reports.reports.get("") or ()
     line = lines[-1].line if lines else 0
     problems.append(Problem(line, 1 if line else 0, message, kind))
 
 
-def _picture(document, problems):
+def _picture(document: Document, problems: list[Problem]) -> None:
     width, height = document.image
     if width * height > MAX_PIXELS:
         message = f"IMAGE of {width} x {height} pixels, expected at most {MAX_PIXELS} in all"
@@ -47,44 +57,44 @@ def _picture(document, problems):
         _problem(problems, document.lines, field, message, "range")
 
 
-def _camera(document, problems):
+def _camera(document: Document, problems: list[Problem]) -> None:
     if document.target_pos is not None:
         field = "target_pos"
-        direction = _minus(document.target_pos, document.camera_pos)
+        direction = _difference(document.target_pos, document.camera_pos)
     else:
         field, direction = "camera_dir", document.camera_dir
-    if not _usable(direction):
+    if not _has_direction(direction):
         word = "TARGET_POS equal to CAMERA_POS" if field == "target_pos" else "CAMERA_DIR 0 0 0"
         _problem(problems, document.lines, field, f"{word}: the camera has no direction")
-    elif not _usable(document.camera_upvec):
+    elif not _has_direction(document.camera_upvec):
         _problem(problems, document.lines, "camera_upvec", "CAMERA_UPVEC of length 0")
     elif _parallel(direction, document.camera_upvec):
         message = "CAMERA_UPVEC is parallel to the viewing direction"
         _problem(problems, document.lines, "camera_upvec", message)
 
 
-def _field_of_view(document, problems):
+def _field_of_view(document: Document, problems: list[Problem]) -> None:
     width, height, distance = document.screen
     if document.camera_angle is not None:
         return
     for side, size in (("width", width), ("height", height)):
         angle = math.degrees(2 * math.atan(size / 2 / distance))
-        if not NARROWEST <= angle <= WIDEST:
-            wanted = f"expected {NARROWEST:g} to {WIDEST:g} degrees"
+        if not MIN_FIELD_OF_VIEW <= angle <= MAX_FIELD_OF_VIEW:
+            wanted = f"expected {MIN_FIELD_OF_VIEW:g} to {MAX_FIELD_OF_VIEW:g} degrees"
             found = f"{side} {size:g} at distance {distance:g} is {angle:.3g} degrees"
             message = f"SCREEN: {found}, {wanted}"
             _problem(problems, document.lines, "screen", message, "range")
             return
 
 
-def _shape(block, problems):
+def _shape(block: SceneObject, problems: list[Problem]) -> None:
     shape = block.shape
-    if isinstance(shape, Plane | Disk | Annulus) and not _usable(shape.normal):
+    if isinstance(shape, Plane | Disk | Annulus) and not _has_direction(shape.normal):
         _problem(problems, block.lines, "", "a normal of length 0")
-    if isinstance(shape, InfinityLight) and not _usable(shape.direction):
+    if isinstance(shape, InfinityLight) and not _has_direction(shape.direction):
         _problem(problems, block.lines, "", "infinity_light with a direction of length 0")
     if isinstance(shape, UVPlane) and (
-        not _usable(shape.u) or not _usable(shape.v) or _parallel(shape.u, shape.v)
+        not _has_direction(shape.u) or not _has_direction(shape.v) or _parallel(shape.u, shape.v)
     ):
         _problem(problems, block.lines, "", "uvplane with edges that span no area")
     for transform in block.transforms:
@@ -92,28 +102,28 @@ def _shape(block, problems):
             _problem(problems, block.lines, "", "scale by 0 leaves nothing of the object")
 
 
-def _spot(block, problems):
+def _spot(block: SceneObject, problems: list[Problem]) -> None:
     if not block.spot_light:
         return
     w, f = block.spot_light_angle
     if not (0 < w <= 90 and f <= w):
         message = f"spot_light_angle {w:g} {f:g}: expected 0 < w <= 90 and 0 <= f <= w"
         _problem(problems, block.lines, "spot_light_angle", message, "range")
-    if not _usable(block.spot_light_dir):
+    if not _has_direction(block.spot_light_dir):
         _problem(problems, block.lines, "spot_light_dir", "spot_light_dir of length 0")
 
 
-def _minus(a, b):
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+def _difference(a: Triple, b: Triple) -> Triple:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def _usable(v):
+def _has_direction(v: Triple) -> bool:
     """Whether a vector has a direction, without overflow or underflow in double precision."""
     return 1e-150 < max(abs(x) for x in v) < 1e150
 
 
-def _parallel(a, b):
-    if not _usable(a) or not _usable(b):
+def _parallel(a: Triple, b: Triple) -> bool:
+    if not _has_direction(a) or not _has_direction(b):
         return False
     cross = (
         a[1] * b[2] - a[2] * b[1],

@@ -1,16 +1,20 @@
 """Environment variables that override a scene file: environment > file > default (section 3)."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 from relume.translator.diagnostics import Problem
 from relume.translator.document import Document
-from relume.translator.expressions import ExpressionError, clip, evaluate
-from relume.translator.keywords import TEXTS, rows
-from relume.translator.objects import SceneObject
+from relume.translator.keywords import Keyword, rows
+from relume.translator.values import FileContext, ValueProblem, ValueReader
 
 ALIASES = {"LUMINANCE_CUTTOFF": "LUMINANCE_CUTOFF", "PRESAMPLE": "MLTSAMPLE"}
 """Other spellings: of the Japanese manual, and of the program."""
 
 
-def override(document, environ):
+def override(document: Document, environ: Mapping[str, str]) -> list[Problem]:
     """Apply the environment variables to a document that has been read.
 
     Args:
@@ -23,54 +27,31 @@ def override(document, environ):
     given = {
         ALIASES.get(name, name): (name, text) for name, text in environ.items() if text.strip()
     }
-    problems = []
-    for row in rows(Document):
-        _override(document, row, given, problems)
-    for row in rows(SceneObject):
-        for block in document.objects:
-            _override(block, row, given, problems)
-    return problems
+    context = FileContext({}, environ)
+    for target in (document, *document.objects):
+        for row in rows(type(target)):
+            _override(target, row, given, context)
+    return context.problems
 
 
-def _override(target, row, given, problems):
+def _override(
+    target: Any, row: Keyword, given: Mapping[str, tuple[str, str]], context: FileContext
+) -> None:
+    """Set the field of a row; `given` holds spelling and text of each variable by its name."""
     for k, name in enumerate(row.environment):
         if name not in given:
             continue
         spelling, text = given[name]
-        value = _value(row, spelling, text, problems)
-        if value is None:
+        if spelling == "OMP_NUM_THREADS":
+            # OpenMP takes a list, one number for each level of nesting.
+            text = text.partition(",")[0]
+        values = ValueReader(context, f"environment variable {spelling}", text)
+        try:
+            value = row.form.from_environment(row, values, getattr(target, row.field), k)
+        except ValueProblem as error:
+            context.problems.append(error.problem)
             continue
-        if row.arity == 1:
-            setattr(target, row.field, value)
-        else:
-            values = list(getattr(target, row.field))
-            values[k] = value
-            setattr(target, row.field, tuple(values))
+        setattr(target, row.field, value)
         # An empty list says that the value is set, though by no line.
         target.lines.reports.setdefault(row.field, [])
         target.lines.remark(row.field, f"overridden by the environment variable {spelling}")
-
-
-def _value(row, name, text, problems):
-    if row.kind in TEXTS:
-        return text
-    if name == "OMP_NUM_THREADS":
-        # OpenMP takes a list, one number for each level of nesting.
-        text = text.partition(",")[0]
-    try:
-        values, _ = evaluate(text)
-    except ExpressionError as error:
-        problems.append(Problem(0, 0, f"environment variable {name}: {error}", error.kind))
-        return None
-    whole = row.kind in ("integer", "flag")
-    if len(values) != 1 or (whole and values[0][0] != int(values[0][0])):
-        wanted = "one whole number" if whole else "one number"
-        message = f"environment variable {name} expects {wanted}, found '{clip(text)}'"
-        problems.append(Problem(0, 0, message, "value"))
-        return None
-    value = values[0][0]
-    if not row.contains(value):
-        message = f"environment variable {name} must be {row.range_text()}, found {value:g}"
-        problems.append(Problem(0, 0, message, "range"))
-        return None
-    return {"integer": int, "flag": bool}.get(row.kind, float)(value)

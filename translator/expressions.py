@@ -12,15 +12,18 @@ A blank ends an expression where an operator could stand, and is skipped where a
 follow, so ``1 +2`` is two values and ``1+ 2`` is one.
 """
 
+from __future__ import annotations
+
 import math
 import re
+from collections.abc import Callable, Mapping
 
 MAX_DEPTH = 64
 """Deepest nesting of brackets, signs and powers; deeper text is an error, not a crash."""
 
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
-FUNCTIONS = {
+FUNCTIONS: dict[str, Callable[[float], float]] = {
     "sqrt": math.sqrt,
     "exp": math.exp,
     "log": math.log,
@@ -40,7 +43,7 @@ FUNCTIONS = {
     "datan": lambda x: math.degrees(math.atan(x)),
 }
 
-FUNCTIONS2 = {
+BINARY_FUNCTIONS: dict[str, Callable[[float, float], float]] = {
     "pow": math.pow,
     "atan2": math.atan2,
     "datan2": lambda y, x: math.degrees(math.atan2(y, x)),
@@ -50,7 +53,7 @@ _LITERAL = re.compile(
     r"0[xX][0-9a-fA-F]+|0t[0-9]+|0b[0-9]+:[0-9a-zA-Z]+|"
     r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 )
-_PLAIN = re.compile(r"(?<![^ \t])[+-]?(?:0|[1-9][0-9]{0,14})(?:\.[0-9]{0,15})?(?=[ \t]|$)")
+_PLAIN_NUMBER = re.compile(r"(?<![^ \t])[+-]?(?:0|[1-9][0-9]{0,14})(?:\.[0-9]{0,15})?(?=[ \t]|$)")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _MAX_DIGITS = 400
 
@@ -63,13 +66,15 @@ class ExpressionError(ValueError):
         kind: `syntax` (the text is malformed) or `value` (it has no finite value).
     """
 
-    def __init__(self, column, message, kind="syntax"):
+    def __init__(self, column: int, message: str, kind: str = "syntax") -> None:
         super().__init__(message)
         self.column = column
         self.kind = kind
 
 
-def evaluate(text, variables=None):
+def evaluate(
+    text: str, variables: Mapping[str, float] | None = None
+) -> tuple[list[tuple[float, int]], list[str]]:
     """Evaluate the expressions of one line.
 
     Args:
@@ -83,62 +88,66 @@ def evaluate(text, variables=None):
     Raises:
         ExpressionError: with the column, for text that is no expression or has no finite value.
     """
-    plain = [(float(m.group()), m.start()) for m in _PLAIN.finditer(text)]
+    plain = [(float(m.group()), m.start()) for m in _PLAIN_NUMBER.finditer(text)]
     if plain and len(plain) == len(text.split()):
         return plain, []
     parser = _Parser(text, variables or {})
     values = []
     parser.skip_blanks()
-    while parser.at < len(text):
-        start = parser.at
+    while parser.position < len(text):
+        start = parser.position
         value = parser.expression(0)
         if not math.isfinite(value):
-            shown = text[start : parser.at]
+            shown = text[start : parser.position]
             raise ExpressionError(start, f"'{clip(shown)}' has no finite value", "value")
-        if parser.at < len(text) and text[parser.at] not in " \t":
-            raise ExpressionError(
-                parser.at,
-                f"unexpected '{clip(text[parser.at :])}' after '{clip(text[start : parser.at])}'",
-            )
+        if parser.position < len(text) and text[parser.position] not in " \t":
+            found, read = clip(text[parser.position :]), clip(text[start : parser.position])
+            raise ExpressionError(parser.position, f"unexpected '{found}' after '{read}'")
         values.append((value, start))
         parser.skip_blanks()
     return values, parser.notes
 
 
-def clip(text, width=40):
+def clip(text: str, width: int = 40) -> str:
     """`text` shortened to `width` characters and freed of control characters, for messages."""
     text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text[: width + 1])
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 class _Parser:
-    def __init__(self, text, variables):
+    def __init__(self, text: str, variables: Mapping[str, float]) -> None:
         self.text = text
         self.variables = variables
-        self.at = 0
-        self.notes = []
+        self.position = 0
+        self.notes: list[str] = []
 
-    def skip_blanks(self):
-        while self.at < len(self.text) and self.text[self.at] in " \t":
-            self.at += 1
+    def skip_blanks(self) -> None:
+        while self.position < len(self.text) and self.text[self.position] in " \t":
+            self.position += 1
 
-    def peek(self):
-        return self.text[self.at] if self.at < len(self.text) else ""
+    def peek(self) -> str:
+        return self.text[self.position] if self.position < len(self.text) else ""
 
-    def calculate(self, start, function, *arguments):
+    def found(self) -> str:
+        """What stands here, for messages."""
+        return f"'{clip(self.text[self.position :])}'" if self.peek() else "the end of the line"
+
+    def calculate(
+        self, start: int, function: Callable[..., float], *arguments: float
+    ) -> float:
         try:
             return float(function(*arguments))
         except (ArithmeticError, ValueError):
-            shown = clip(self.text[start : self.at])
+            shown = clip(self.text[start : self.position])
             raise ExpressionError(start, f"'{shown}' has no finite value", "value") from None
 
-    def operand(self, rule, depth):
-        self.at += 1
+    def operand(self, rule: Callable[[int], float], depth: int) -> float:
+        self.position += 1
         self.skip_blanks()
         return rule(depth)
 
-    def expression(self, depth):
-        start, value = self.at, self.term(depth)
+    def expression(self, depth: int) -> float:
+        start, value = self.position, self.term(depth)
         while (operator := self.peek()) and operator in "+-":
             right = self.operand(self.term, depth)
             value = self.calculate(
@@ -146,46 +155,46 @@ class _Parser:
             )
         return value
 
-    def term(self, depth):
-        start, value = self.at, self.factor(depth)
+    def term(self, depth: int) -> float:
+        start, value = self.position, self.factor(depth)
         while (operator := self.peek()) and operator in "*/%":
             right = self.operand(self.factor, depth)
             function = {"*": float.__mul__, "/": float.__truediv__, "%": _modulo}[operator]
             value = self.calculate(start, function, value, right)
         return value
 
-    def factor(self, depth):
+    def factor(self, depth: int) -> float:
         if depth > MAX_DEPTH:
-            raise ExpressionError(self.at, f"expression nested deeper than {MAX_DEPTH} levels")
-        start, base = self.at, self.signed(depth)
+            message = f"expression nested deeper than {MAX_DEPTH} levels"
+            raise ExpressionError(self.position, message)
+        start, base = self.position, self.signed(depth)
         if self.peek() == "^":
             exponent = self.operand(self.factor, depth + 1)
             return self.calculate(start, math.pow, base, exponent)
         return base
 
-    def signed(self, depth):
+    def signed(self, depth: int) -> float:
         sign = 1.0
         while (operator := self.peek()) and operator in "+-":
             sign = -sign if operator == "-" else sign
-            self.at += 1
+            self.position += 1
         return sign * self.number(depth)
 
-    def number(self, depth):
-        start = self.at
+    def number(self, depth: int) -> float:
+        start = self.position
         if self.peek() == "(":
             value = self.operand(self.expression, depth + 1)
             self.close(start)
             return value
         if match := _LITERAL.match(self.text, start):
-            self.at = match.end()
+            self.position = match.end()
             return self.literal(match.group(), start)
         if match := _NAME.match(self.text, start):
-            self.at = match.end()
+            self.position = match.end()
             return self.named(match.group(), start, depth)
-        found = f"'{clip(self.text[start:])}'" if self.peek() else "the end of the line"
-        raise ExpressionError(start, f"expected a number, a name or '(', found {found}")
+        raise ExpressionError(start, f"expected a number, a name or '(', found {self.found()}")
 
-    def literal(self, digits, start):
+    def literal(self, digits: str, start: int) -> float:
         if len(digits) > _MAX_DIGITS:
             raise ExpressionError(start, f"number of {len(digits)} characters")
         try:
@@ -202,13 +211,13 @@ class _Parser:
             self.notes.append(f"'{digits}' read as decimal; the original program read octal")
         return float(digits)
 
-    def named(self, name, start, depth):
+    def named(self, name: str, start: int, depth: int) -> float:
         if name in CONSTANTS:
             return CONSTANTS[name]
-        if name in FUNCTIONS or name in FUNCTIONS2:
+        if name in FUNCTIONS or name in BINARY_FUNCTIONS:
             arity = 1 if name in FUNCTIONS else 2
             arguments = self.arguments(name, start, arity, depth)
-            function = FUNCTIONS.get(name) or FUNCTIONS2[name]
+            function = FUNCTIONS.get(name) or BINARY_FUNCTIONS[name]
             return self.calculate(start, function, *arguments)
         if name in self.variables:
             return self.variables[name]
@@ -216,9 +225,9 @@ class _Parser:
             start, f"unknown name '{clip(name)}' (no function, no VAR before here)"
         )
 
-    def arguments(self, name, start, arity, depth):
+    def arguments(self, name: str, start: int, arity: int, depth: int) -> list[float]:
         if self.peek() != "(":
-            raise ExpressionError(self.at, f"expected '(' after the function '{name}'")
+            raise ExpressionError(self.position, f"expected '(' after the function '{name}'")
         found = [self.operand(self.expression, depth + 1)]
         self.skip_blanks()
         while self.peek() == ",":
@@ -229,14 +238,14 @@ class _Parser:
             raise ExpressionError(start, f"'{name}' takes {arity} argument(s), found {len(found)}")
         return found
 
-    def close(self, start):
+    def close(self, start: int) -> None:
         self.skip_blanks()
         if self.peek() != ")":
-            found = f"'{clip(self.text[self.at :])}'" if self.peek() else "the end of the line"
-            opened = clip(self.text[start : self.at])
-            raise ExpressionError(self.at, f"expected ')' to close '{opened}', found {found}")
-        self.at += 1
+            opened = clip(self.text[start : self.position])
+            message = f"expected ')' to close '{opened}', found {self.found()}"
+            raise ExpressionError(self.position, message)
+        self.position += 1
 
 
-def _modulo(a, b):
+def _modulo(a: float, b: float) -> float:
     return a - math.floor(a / b) * b

@@ -1,21 +1,28 @@
 """How a keyword of the scene language is declared: once, as a field of the document.
 
-A field of the dataclasses in `document`, `objects` and `blocks` is made by `keyword(...)`. That row
-is all there is to a keyword: the parser, the checks, the printer and the reference page read it.
+A field of the dataclasses in `document`, `objects` and `gravity` is made by `beside(...)`,
+`below(...)` or `keyword(...)`. That row is all there is to a keyword: its form (see `forms`) reads,
+prints and describes its values, and takes them from environment variables.
 """
 
-import dataclasses
-import functools
-import math
-from dataclasses import dataclass
+from __future__ import annotations
 
-NEXT_LINE = "next line"
-SAME_LINE = "same line"
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from relume.translator.cursor import Cursor
+    from relume.translator.forms.base import Form
+
+T = TypeVar("T")
+
+NEXT_LINE = "below"
+SAME_LINE = "beside"
 BLOCK = "block"
 ENVIRONMENT = "environment only"
-
-TEXTS = ("text", "symbol")
-"""Kinds of row whose value is a name: the rest of the line."""
 
 
 @dataclass(frozen=True)
@@ -24,43 +31,50 @@ class Keyword:
 
     Attributes:
         name: the word, case sensitive, in the first column of its line.
-        form: `NEXT_LINE` (word alone, values below it), `SAME_LINE` (word, blank, values),
+        place: `NEXT_LINE` (word alone, values below it), `SAME_LINE` (word, blank, values),
             `BLOCK` (word opens a block up to the next empty line) or `ENVIRONMENT` (no keyword).
-        kind: `number` (an expression), `integer`, `flag` (0 is off, anything else on) or `text`;
-            or the name of a form that the parser knows (`phase`, `ambient`, `ward`, `reflection`,
-            `symbol`, `variable`, `transforms`).
+        form: how the values are written and what they are in the document.
         arity: how many values.
         default: value where the file is silent.
+        doc: the sentence that documents the keyword.
         low, high: range of every value, both ends included.
         above: if given, every value must exceed it.
         unit: unit of the values.
-        doc: the sentence that documents the keyword.
         aliases: other spellings that are accepted with a note.
-        environment: variables that override the value, one for each value.
-        dummies: value lines that come before the values and are read but not used.
+        environment: variables that override the value; where there are several, one for each value.
         section: section of the specification.
         in_manual: whether the manual knows the keyword.
         field: name of the field that holds the value; set by the dataclass.
     """
 
     name: str
-    form: str
-    kind: str
+    place: str
+    form: Form
     arity: int
-    default: object
+    default: Any
     doc: str
     low: float = -math.inf
     high: float = math.inf
     above: float = -math.inf
     unit: str = ""
-    aliases: tuple = ()
-    environment: tuple = ()
-    dummies: int = 0
+    aliases: tuple[str, ...] = ()
+    environment: tuple[str, ...] = ()
     section: str = ""
     in_manual: bool = True
     field: str = ""
 
-    def range_text(self):
+    def read(self, cursor: Cursor, word: str, target: Any) -> None:
+        """Read the keyword in the current line into its field; what is wrong with it is noted.
+
+        Args:
+            cursor: stands in the line of the keyword; left in the last line that belongs to it.
+            word: the keyword as it is spelt in the file.
+            target: document, object or block whose field is set.
+        """
+        with cursor.noting_problems():
+            self.form.read(self, cursor, word, target)
+
+    def range_text(self) -> str:
         """The range in words, empty where every finite number will do."""
         if self.above > -math.inf:
             return f"above {self.above:g}" + (
@@ -72,41 +86,58 @@ class Keyword:
             return f"at least {self.low:g}"
         return f"at most {self.high:g}" if self.high < math.inf else ""
 
-    def contains(self, value):
+    def contains(self, value: float) -> bool:
         """Whether one value lies in the range."""
         return self.low <= value <= self.high and value > self.above
 
 
-def keyword(name, form, kind, arity, default, doc, **rest):
+def keyword(
+    name: str, place: str, form: Form, arity: int, default: Any, doc: str, **rest: Any
+) -> Any:
     """A dataclass field declared by a row of the table of keywords; arguments as `Keyword`."""
-    row = Keyword(name, form, kind, arity, default, doc, **rest)
+    row = Keyword(name, place, form, arity, default, doc, **rest)
     if isinstance(default, (list, dict)):
         return dataclasses.field(default_factory=type(default), metadata={"keyword": row})
     return dataclasses.field(default=default, metadata={"keyword": row})
 
 
-@functools.cache
-def rows(cls):
+def below(name: str, form: Form, arity: int, default: Any, doc: str, **rest: Any) -> Any:
+    """A dataclass field whose keyword has its values on the next line; arguments as `Keyword`."""
+    return keyword(name, NEXT_LINE, form, arity, default, doc, **rest)
+
+
+def beside(name: str, form: Form, arity: int, default: Any, doc: str, **rest: Any) -> Any:
+    """A dataclass field whose keyword has its values on the same line; arguments as `Keyword`."""
+    return keyword(name, SAME_LINE, form, arity, default, doc, **rest)
+
+
+def rows(cls: type) -> tuple[Keyword, ...]:
     """The rows declared by the fields of a dataclass, in order, each knowing its field's name."""
-    return tuple(
-        dataclasses.replace(f.metadata["keyword"], field=f.name)
-        for f in dataclasses.fields(cls)
-        if "keyword" in f.metadata
-    )
+    if cls not in _ROWS:
+        _ROWS[cls] = tuple(
+            dataclasses.replace(f.metadata["keyword"], field=f.name)
+            for f in dataclasses.fields(cls)
+            if "keyword" in f.metadata
+        )
+    return _ROWS[cls]
 
 
-def by_word(cls):
+_ROWS: dict[type, tuple[Keyword, ...]] = {}
+
+
+def by_word(cls: type) -> Mapping[str, Keyword]:
     """The rows of a dataclass by keyword and alias."""
     return {word: row for row in rows(cls) for word in (row.name, *row.aliases)}
 
 
-def document_fields(cls):
+def document_fields(cls: type[T]) -> type[T]:
     """Class decorator: append to the docstring a line for each keyword field."""
-    lines = [cls.__doc__.rstrip(), "", "    Attributes:"]
+    lines = [(cls.__doc__ or "").rstrip(), "", "    Attributes:"]
     for row in rows(cls):
         details = [f"`{row.name}`", f"default {row.default}"]
         details += [f"[{row.unit}]"] if row.unit else []
         details += [row.range_text()] if row.range_text() else []
+        details += [f"section {row.section}"] if row.section else []
         lines.append(f"        {row.field}: {row.doc} ({', '.join(details)})")
     cls.__doc__ = "\n".join(lines)
     return cls

@@ -77,14 +77,14 @@ Pacific Ocean Surface Water: 0.0018 0.00183 0.00228 0.03184 0.03132 0.03015 0.90
 """Name: sigma_s R G B, sigma_a R G B, g R G B, eta."""
 
 
-def _table(rows):
+def _table(rows: str) -> dict[str, MeasuredMaterial]:
     table = {}
     for row in rows.strip().splitlines():
         name, _, numbers = row.partition(":")
-        x = tuple(float(number) for number in numbers.split())
-        table[name] = MeasuredMaterial(x[0:3], x[3:6], x[6:9], x[9])
+        sr, sg, sb, ar, ag, ab, gr, gg, gb, eta = map(float, numbers.split())
+        table[name] = MeasuredMaterial((sr, sg, sb), (ar, ag, ab), (gr, gg, gb), eta)
     return table
 
 
 MATERIALS = _table(_ROWS)
-MATERIAL_NAMES = tuple(MATERIALS)
+"""The materials by name."""

@@ -1,27 +1,26 @@
 """Text to document: reads a scene file line by line with the tables of keywords."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Mapping
 
 from relume.translator import checks, environment_variables
-from relume.translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
 from relume.translator.cursor import Cursor
-from relume.translator.diagnostics import LineReports, SceneError
+from relume.translator.diagnostics import LineReports, Problem, SceneError
 from relume.translator.document import Document
 from relume.translator.expressions import clip
-from relume.translator.keyword_lines import assign, read_keyword
-from relume.translator.keywords import by_word
-from relume.translator.object_parser import ATTRIBUTES, REAL_BUT_IGNORED, read_object
+from relume.translator.forms.transforms import TRANSFORMS
+from relume.translator.gravity import GRAVITY_BLOCKS
+from relume.translator.keywords import BLOCK, by_word
+from relume.translator.object_parser import ATTRIBUTES, LOOKALIKES, read_object
 from relume.translator.shapes import SHAPES
-from relume.translator.source_text import read_lines, split
+from relume.translator.source_text import FileName, decode_lines, read_lines
 
-GLOBAL = by_word(Document)
-GRAVITY = {"BLACKHOLE": BlackHole, "WORMHOLE": WormHole}
-BLOCKS = ("OBJECT", "CAMERA_MATRIX", *GRAVITY)
 OBJECT_WORDS = {*ATTRIBUTES, *SHAPES, *TRANSFORMS, "U", "V", "nromal"}
-KNOWN = {*GLOBAL, *OBJECT_WORDS, *BLOCKS} - {"U", "V", "nromal"}
 
 
-def read(path, environ=None):
+def read(path: FileName, environ: Mapping[str, str] | None = None) -> Document:
     """Read a scene file.
 
     Args:
@@ -30,7 +29,7 @@ def read(path, environ=None):
             of the process.
 
     Returns:
-        The `Document`; its `source` tells what each line became.
+        The `Document`; its `lines` tell what each line became.
 
     Raises:
         SceneError: with every error in the file.
@@ -41,31 +40,48 @@ def read(path, environ=None):
     return document
 
 
-def read_text(text, name="<text>", environ=None):
+def read_text(
+    text: str | bytes, name: FileName = "<text>", environ: Mapping[str, str] | None = None
+) -> Document:
     """Read a scene from text (str, or bytes in UTF-8 or cp932); otherwise as `read`."""
     data = text.encode(errors="surrogatepass") if isinstance(text, str) else text
-    document, problems = parse(split(data, name), name, environ)
+    document, problems = parse(decode_lines(data, name), name, environ)
     if problems:
         raise SceneError(name, problems)
     return document
 
 
-def parse(lines, name, environ=None):
+def parse(
+    lines: list[str], name: FileName, environ: Mapping[str, str] | None = None
+) -> tuple[Document, list[Problem]]:
     """Parse the lines of a file.
 
     Returns:
         (document, problems): what could be read, and the errors in the order of the lines.
     """
-    environ = os.environ if environ is None else environ
     document = Document(path=str(name))
+    return document, fill(document, lines, os.environ if environ is None else environ)
+
+
+def fill(document: Document, lines: list[str], environ: Mapping[str, str]) -> list[Problem]:
+    """Read the lines of a file, and environment variables, into a document.
+
+    Args:
+        document: its fields and its `lines` are set; its class declares the keywords.
+        lines: lines without line ends.
+        environ: environment variables by name.
+
+    Returns:
+        The errors in the order of the lines.
+    """
     cursor = Cursor(lines, document.variables, document.lines.all, environ)
     _FileReader(cursor, document).run()
     problems = [
-        *cursor.values.problems,
+        *cursor.problems,
         *environment_variables.override(document, environ),
         *checks.check(document),
     ]
-    return document, sorted(set(problems))
+    return sorted(set(problems))
 
 
 class _FileReader:
@@ -75,152 +91,108 @@ class _FileReader:
     block, or a line of values) is passed over with a note (spec section 1.4).
     """
 
-    def __init__(self, cursor, document):
+    def __init__(self, cursor: Cursor, document: Document) -> None:
         self.cursor = cursor
         self.document = document
-        self.disabled_block = None
+        self.keywords = by_word(type(document))
+        blocks = [word for word, row in self.keywords.items() if row.place == BLOCK]
+        self.blocks = {"OBJECT", *GRAVITY_BLOCKS, *blocks}
+        self.known = {*self.keywords, *OBJECT_WORDS, *self.blocks} - {"U", "V", "nromal"}
+        self.disabled_block: tuple[int, str] | None = None
         self.disabled_word = ""
 
-    def run(self):
+    def run(self) -> None:
         cursor = self.cursor
-        while cursor.at < len(cursor.lines):
+        while cursor.index < len(cursor.lines):
             line = cursor.line
             if not line.strip():
-                self.enable()
+                self.end_disabled()
             elif line.startswith("#"):
                 self.comment(line)
             else:
-                self.global_line()
-            cursor.at += 1
+                self.scene_line()
+            cursor.index += 1
 
-    def enable(self):
+    def end_disabled(self) -> None:
         self.disabled_block = None
         self.disabled_word = ""
 
-    def comment(self, line):
+    def comment(self, line: str) -> None:
         word = (line.lstrip("#").split(None, 1) or [""])[0]
-        if word in BLOCKS:
+        if word in self.blocks:
             self.disabled_block = (self.cursor.number, word)
-        elif word in GLOBAL or word in ATTRIBUTES:
+        elif word in self.keywords or word in ATTRIBUTES:
             self.disabled_word = word
 
-    def global_line(self):
+    def scene_line(self) -> None:
         cursor = self.cursor
-        word = cursor.keyword_text()[0]
+        word = cursor.word
         if cursor.line[0] in " \t":
             self.stray(word)
-        elif self.disabled_block and (word in OBJECT_WORDS or word not in (*GLOBAL, *BLOCKS)):
-            self.in_disabled_block(word)
-        elif word in BLOCKS and word != "CAMERA_MATRIX":
-            self.enable()
+        elif self.disabled_block and (word in OBJECT_WORDS or not self.opens(word)):
+            self.in_disabled_block(*self.disabled_block, word)
+        elif word in self.keywords:
+            self.end_disabled()
+            self.keywords[word].read(cursor, word, self.document)
+        elif word in self.blocks:
+            self.end_disabled()
             self.block(word)
-        elif word in GLOBAL:
-            self.enable()
-            self.keyword(GLOBAL[word], word)
         else:
             self.stray(word)
 
-    def in_disabled_block(self, word):
-        line, opener = self.disabled_block
+    def opens(self, word: str) -> bool:
+        """Whether a line that starts with the word belongs to the scene, not to a block."""
+        return word in self.keywords or word in self.blocks
+
+    def in_disabled_block(self, line: int, opener: str, word: str) -> None:
         note = f"part of the {opener} block disabled in line {line}"
-        if word in GLOBAL:
+        if word in self.keywords:
             note += "; the original program would apply it to the whole scene"
         self.cursor.report(clip(word), "ignored", note)
 
-    def stray(self, word):
+    def stray(self, word: str) -> None:
         """A line that belongs to no keyword: a value left over, a misspelling, or anything."""
         cursor = self.cursor
-        if cursor.line[0] in " \t" and word in KNOWN:
+        if cursor.line[0] in " \t" and word in self.known:
             message = f"'{clip(cursor.line.strip())}': a keyword must start in the first column"
             cursor.error(1, message, "keyword")
         elif word in OBJECT_WORDS:
             note = "outside any OBJECT block, which an empty line ends"
             cursor.report(word, "ignored", note)
-        elif word in REAL_BUT_IGNORED:
-            cursor.report(word, "ignored", REAL_BUT_IGNORED[word])
+        elif word in LOOKALIKES:
+            cursor.report(word, "ignored", LOOKALIKES[word])
         elif self.disabled_word:
             note = f"a value of the disabled {self.disabled_word}"
             cursor.report(clip(word), "ignored", note)
         elif word[0] in "0123456789+-.(%":
             cursor.report(clip(word), "ignored", "a value without a keyword")
         else:
-            cursor.unknown(word, KNOWN, "keyword")
+            cursor.unknown(word, self.known, "keyword")
 
-    def keyword(self, row, word):
-        if row.kind == "transforms":
-            self.camera_matrix(row)
-        elif row.kind == "variable":
-            self.variable()
-        else:
-            read_keyword(self.cursor, row, word, self.document, self.document.lines)
-
-    def block(self, word):
+    def block(self, word: str) -> None:
         if word != "OBJECT":
             self.gravity(word)
-        elif rest := self.cursor.keyword_text()[1].strip():
+        elif rest := self.cursor.beside().text.strip():
             message = f"OBJECT stands alone on its line, found '{clip(rest)}' behind it"
             self.cursor.error(len(word) + 2, message)
         else:
             self.document.objects += read_object(self.cursor)
 
-    def variable(self):
+    def gravity(self, word: str) -> None:
         cursor = self.cursor
-        reports = [cursor.report("VAR")]
-        _, rest, offset = cursor.keyword_text()
-        name = rest.strip()
-        if not (name.isascii() and name.isalnum() and name[0].isalpha()):
-            message = f"VAR expects a name of letters and digits, found '{clip(rest)}'"
-            cursor.error(offset + 1, message)
-            name = ""
-        line = cursor.value_line("VAR", "an expression")
-        if line is None:
-            return
-        reports.append(cursor.report("VAR"))
-        offset = len(line) - len(line.lstrip(" \t"))
-        if line[offset] == "%":
-            read = cursor.values.environment_value(line, cursor.number, offset)
-        else:
-            numbers = cursor.values.numbers("VAR", line[offset:], cursor.number, offset, (1,))
-            read = numbers and (numbers[0][0][0], numbers[1])
-        if read is None or not name:
-            return
-        for note in read[1]:
-            reports[1].remark(note)
-        if name in self.document.variables:
-            for report in reports:
-                report.becomes("ignored", f"{name} is defined already, the first definition counts")
-        else:
-            self.document.variables[name] = read[0]
-
-    def camera_matrix(self, row):
-        reports = [self.cursor.report(row.name)]
-        matrix = []
-        for _ in self.cursor.block_lines():
-            word, rest, offset = self.cursor.keyword_text()
-            if word not in TRANSFORMS:
-                self.cursor.unknown(word, TRANSFORMS, "line of CAMERA_MATRIX")
-                continue
-            line = self.cursor.number
-            read = self.cursor.values.numbers(word, rest, line, offset, (3,))
-            if read is not None:
-                reports.append(self.cursor.report(word))
-                matrix.append(Transform(word, tuple(value for value, _ in read[0])))
-        assign(self.document, self.document.lines, row.field, matrix, reports)
-
-    def gravity(self, word):
-        cursor = self.cursor
-        block = GRAVITY[word](lines=LineReports())
+        block = GRAVITY_BLOCKS[word](lines=LineReports())
         first = len(cursor.reports)
         block.lines.reports[""] = [cursor.report(word)]
-        _, rest, offset = cursor.keyword_text()
-        if rest.strip():
-            read = cursor.values.numbers(word, rest, cursor.number, offset, (3,))
-            block.position = read and tuple(value for value, _ in read[0])
-        table = by_word(GRAVITY[word])
+        position = cursor.beside()
+        with cursor.noting_problems():
+            if position.text.strip():
+                x, y, z = position.numbers(3)
+                block.position = x, y, z
+        table = by_word(type(block))
         for _ in cursor.block_lines():
-            name = cursor.keyword_text()[0]
+            name = cursor.word
             if name in table:
-                read_keyword(cursor, table[name], name, block, block.lines)
+                table[name].read(cursor, name, block)
             else:
                 cursor.unknown(name, table, f"line of a {word} block")
         block.lines.all = cursor.reports[first:]

@@ -12,8 +12,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from relume.translator.blocks import Transform
 from relume.translator.camera import view
+from relume.translator.forms.transforms import Transform
 from relume.translator.shapes import InfinityLight
 
 WORST = 10.0

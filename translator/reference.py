@@ -5,37 +5,23 @@
     python -m relume.translator.reference > docs/keywords.md
 """
 
-from relume.translator.blocks import TRANSFORMS, BlackHole, WormHole
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
 from relume.translator.diagnostics import ERROR_KINDS
 from relume.translator.dialects import DIFFERENCES
 from relume.translator.document import Document
 from relume.translator.environment_variables import ALIASES
-from relume.translator.expressions import CONSTANTS, FUNCTIONS, FUNCTIONS2
-from relume.translator.keywords import BLOCK, ENVIRONMENT, NEXT_LINE, TEXTS, rows
+from relume.translator.expressions import BINARY_FUNCTIONS, CONSTANTS, FUNCTIONS
+from relume.translator.forms.reflections import REFLECTIONS
+from relume.translator.forms.transforms import TRANSFORMS
+from relume.translator.gravity import BlackHole, WormHole
+from relume.translator.keywords import ENVIRONMENT, Keyword, rows
 from relume.translator.materials_table import MATERIALS
-from relume.translator.object_parser import REAL_BUT_IGNORED
-from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.object_parser import LOOKALIKES
+from relume.translator.objects import SceneObject
 from relume.translator.shapes import SHAPES
-
-FORMS = {
-    NEXT_LINE: "below",
-    "same line": "beside",
-    BLOCK: "block",
-    ENVIRONMENT: "none",
-}
-"""The forms of a keyword as the page calls them."""
-
-VALUES = {
-    "text": "name",
-    "symbol": "name of a material",
-    "phase": "1 number below or 3 beside",
-    "ambient": "3 numbers, below or beside",
-    "ward": "4 numbers",
-    "reflection": "a word, see Reflections",
-    "variable": "name beside, expression below",
-    "transforms": "lines of a matrix",
-}
-"""The kinds of values that are no plain numbers."""
 
 INTRODUCTION = f"""\
 # The scene language
@@ -49,7 +35,7 @@ replaces the values given before, except `VAR`, where the first definition count
 
 Numbers are expressions: `+ - * / % ^` with `-2^2` = 4, brackets, the constants
 {", ".join(f"`{name}`" for name in CONSTANTS)}, names defined by `VAR`, and the functions
-{", ".join(f"`{name}`" for name in (*FUNCTIONS, *FUNCTIONS2))}.
+{", ".join(f"`{name}`" for name in (*FUNCTIONS, *BINARY_FUNCTIONS))}.
 The trigonometric ones take radians, those with a `d` at either end degrees. A blank ends an
 expression. `%NAME%` alone on the line below a keyword of one number stands for the environment
 variable NAME, 0 if it is not set.
@@ -61,7 +47,7 @@ expressions, too. {", ".join(f"`{a}` is another name of `{b}`" for a, b in ALIAS
 HEADER = ("Keyword", "Values", "Range", "Default", "Environment", "Meaning")
 
 
-def page():
+def page() -> str:
     """The text of docs/keywords.md."""
     sections = [
         INTRODUCTION,
@@ -88,7 +74,7 @@ def page():
         keyword_table(WormHole, ""),
         "## Words that look like keywords\n",
         "Seen in real files, and ignored.\n",
-        word_table("Word", REAL_BUT_IGNORED),
+        word_table("Word", LOOKALIKES),
         "## Manual and program\n\nWhere the manual and the original program differ. "
         "`--dialect prender` follows the program\nin the rows of kind *switch* alone; a defect of "
         "kind *never* is copied by neither dialect, and\n*same* is how both dialects read what the "
@@ -100,71 +86,49 @@ def page():
     return "\n".join(sections)
 
 
-def keyword_table(cls, outside=" Not in the manual."):
+def keyword_table(cls: type, outside: str = " Not in the manual.") -> str:
     """The rows of a dataclass; `outside` is added to the meaning of those the manual lacks."""
     return table(HEADER, [keyword_cells(row, outside) for row in rows(cls)])
 
 
-def keyword_cells(row, outside):
+def keyword_cells(row: Keyword, outside: str) -> tuple[str, ...]:
     """The cells of one keyword."""
-    names = f"`{row.name}`" if row.form != ENVIRONMENT else "(environment only)"
+    names = f"`{row.name}`" if row.place != ENVIRONMENT else "(environment only)"
     if row.aliases:
         names += ", also " + ", ".join(f"`{alias}`" for alias in row.aliases)
     meaning = row.doc if row.in_manual else row.doc + outside
-    if row.dummies:
-        meaning += " A mean stands on the line between, which is read and not used."
     environment = ", ".join(f"`{name}`" for name in row.environment)
-    return names, values(row), limits(row), default(row), environment, meaning
+    values, default = row.form.description(row), row.form.default_text(row)
+    return names, values, limits(row), default, environment, meaning
 
 
-def values(row):
-    """What a keyword takes and where."""
-    if row.kind in VALUES:
-        own_place = row.kind not in TEXTS and row.kind != "ward"
-        return VALUES[row.kind] if own_place or row.form == ENVIRONMENT else (
-            f"{VALUES[row.kind]} {FORMS[row.form]}")
-    kind = {"number": "number", "integer": "whole number", "flag": "0 or 1"}[row.kind]
-    count = kind if row.kind == "flag" else f"{row.arity} {kind}{'s' if row.arity > 1 else ''}"
-    return f"{count} {FORMS[row.form]}"
-
-
-def limits(row):
+def limits(row: Keyword) -> str:
     """Range and unit."""
     unit = f"[{row.unit}]" if row.unit else ""
     return " ".join(part for part in (row.range_text(), unit) if part)
 
 
-def default(row):
-    """The default value as a file would say it."""
-    value = row.default
-    if row.kind in ("reflection", "transforms", "variable") or value is None or value == "":
-        return ""
-    if isinstance(value, tuple):
-        return " ".join(f"{x:g}" for x in value)
-    return f"`{value}`" if isinstance(value, str) else f"{value:g}"
-
-
-def shape_table():
+def shape_table() -> str:
     """The shapes with the lines below them."""
     cells = []
     for row in SHAPES.values():
         below = ", ".join(f"`{name} x y z`" for name in row.vectors)
-        cells.append((f"`{row.name}`", row.units, below, row.doc))
+        cells.append((f"`{row.name}`", row.numbers, below, row.doc))
     return table(("Shape", "Values beside it", "Lines below it", "Meaning"), cells)
 
 
-def difference_table():
+def difference_table() -> str:
     """The table of dialects."""
     cells = [(f"`{row.id}`", row.manual, row.program, row.kind) for row in DIFFERENCES.values()]
     return table(("Id", "Manual", "Program", "Kind"), cells)
 
 
-def word_table(header, words):
+def word_table(header: str, words: dict[str, str]) -> str:
     """Words with a sentence each."""
     return table((header, "Meaning"), [(f"`{word}`", text) for word, text in words.items()])
 
 
-def table(header, cells):
+def table(header: Sequence[str], cells: Iterable[Sequence[str]]) -> str:
     """A Markdown table."""
     lines = [header, ["---"] * len(header), *cells]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

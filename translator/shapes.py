@@ -1,6 +1,10 @@
 """Shapes of an `OBJECT` block (spec section 6.1) and the table of their keywords."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -29,12 +33,12 @@ class UVPlane:
     u: tuple[float, float, float]
     v: tuple[float, float, float]
 
-    def edges(self, dialect):
+    def edges(self, dialect: str) -> tuple[np.ndarray, np.ndarray]:
         """Both edges, (3,) each; in dialect `prender` of squared length (row uvplane-extent)."""
-        edges = np.array(self.u), np.array(self.v)
+        u, v = np.array(self.u), np.array(self.v)
         if dialect == "prender":
-            edges = tuple(edge * np.linalg.norm(edge) for edge in edges)
-        return edges
+            return u * np.linalg.norm(u), v * np.linalg.norm(v)
+        return u, v
 
 
 @dataclass(frozen=True)
@@ -85,27 +89,27 @@ class ShapeKeyword:
     Attributes:
         name: the word that opens the shape line, right below `OBJECT`.
         arity: how many numbers follow it (0: a file name).
-        build: function from the numbers (then those of each extra line) to the shape.
+        build: makes the shape of the numbers (a tuple, or the file name) and of the vectors.
         doc: the sentence that documents the shape.
+        numbers: what the numbers are.
         vectors: names of the lines of three numbers that follow the shape line.
-        positive: which of the numbers must be above 0, by index.
-        units: what the numbers are.
+        radii: which of the numbers must be above 0, by index.
     """
 
     name: str
     arity: int
-    build: object
+    build: Callable[..., Any]
     doc: str
-    units: str
-    vectors: tuple = ()
-    positive: tuple = ()
+    numbers: str
+    vectors: tuple[str, ...] = ()
+    radii: tuple[int, ...] = ()
 
 
 SHAPES = {
     row.name: row
     for row in (
         ShapeKeyword(
-            "sphere", 4, lambda x: Sphere(x[:3], x[3]), "Sphere.", "centre, radius", positive=(3,)
+            "sphere", 4, lambda x: Sphere(x[:3], x[3]), "Sphere.", "centre, radius", radii=(3,)
         ),
         ShapeKeyword(
             "hemisphere",
@@ -113,7 +117,7 @@ SHAPES = {
             lambda x: Hemisphere(x[:3], x[3]),
             "Upper half (+Y) of a sphere, open below.",
             "centre, radius",
-            positive=(3,),
+            radii=(3,),
         ),
         ShapeKeyword(
             "uvplane",
@@ -133,7 +137,7 @@ SHAPES = {
             "Disk.",
             "centre, radius",
             vectors=("normal",),
-            positive=(3,),
+            radii=(3,),
         ),
         ShapeKeyword(
             "disk2",
@@ -142,7 +146,7 @@ SHAPES = {
             "Ring between an outer and an inner radius.",
             "centre, outer and inner radius",
             vectors=("normal",),
-            positive=(3,),
+            radii=(3,),
         ),
         ShapeKeyword("objfile", 0, MeshFile, "Mesh in OBJ format.", "file name"),
         ShapeKeyword(

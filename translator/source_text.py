@@ -1,7 +1,9 @@
 """From the bytes of a scene file to its lines."""
 
+from __future__ import annotations
+
+import os
 import stat
-from pathlib import Path
 
 from relume.translator.diagnostics import Problem, SceneError
 
@@ -11,11 +13,13 @@ MAX_BYTES = 32 * 2**20
 MAX_LINES = 1_000_000
 """Most lines that are read."""
 
-MAX_LINE = 65536
-"""Longest line, in characters, that is read."""
+MAX_LINE_LENGTH = 65536
+"""Longest line that is read [characters]."""
+
+FileName = str | os.PathLike[str]
 
 
-def read_lines(path):
+def read_lines(path: FileName) -> list[str]:
     """Read a scene file and split it into lines without line ends.
 
     Accepts UTF-8 with or without byte order mark and cp932, LF and CRLF, and a missing last line
@@ -25,12 +29,12 @@ def read_lines(path):
         SceneError: the file is missing, a directory, no regular file, unreadable, too large,
             binary, in no accepted encoding, or has absurdly many or long lines.
     """
-    return split(_read_bytes(path), path)
+    return decode_lines(_read_bytes(path), path)
 
 
-def _read_bytes(path):
+def _read_bytes(path: FileName) -> bytes:
     try:
-        mode = Path(path).stat().st_mode
+        mode = os.stat(path).st_mode
         if stat.S_ISDIR(mode):
             raise SceneError(path, [Problem(0, 0, "is a directory, expected a scene file", "file")])
         if not stat.S_ISREG(mode):
@@ -48,7 +52,7 @@ def _read_bytes(path):
     return data
 
 
-def split(data, name):
+def decode_lines(data: bytes, name: FileName) -> list[str]:
     """Decode the bytes of a scene file and split them into lines; errors as `read_lines`."""
     data = data.removeprefix(b"\xef\xbb\xbf")
     if (at := data.find(b"\0")) >= 0:
@@ -68,13 +72,14 @@ def split(data, name):
     if len(lines) > MAX_LINES:
         message = f"more than {MAX_LINES} lines, no scene file"
         raise SceneError(name, [Problem(MAX_LINES + 1, 1, message, "file")])
-    for k, line in enumerate(lines):
-        if len(line) > MAX_LINE:
-            message = f"line of {len(line)} characters, expected at most {MAX_LINE}"
-            raise SceneError(name, [Problem(k + 1, MAX_LINE + 1, message, "file")])
+    for k, each in enumerate(lines):
+        if len(each) > MAX_LINE_LENGTH:
+            message = f"line of {len(each)} characters, expected at most {MAX_LINE_LENGTH}"
+            raise SceneError(name, [Problem(k + 1, MAX_LINE_LENGTH + 1, message, "file")])
     return lines
 
 
-def _place(data, at):
+def _place(data: bytes, at: int) -> tuple[int, int]:
+    """Line and column of a byte, both from 1."""
     before = data[:at]
     return before.count(b"\n") + 1, at - before.rfind(b"\n")

@@ -1,151 +1,236 @@
-"""Reading the values of one keyword line: counting, typing and range checks."""
+"""Reading the values of one keyword: counting, typing and range checks."""
+
+from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
 from relume.translator.diagnostics import Problem
 from relume.translator.expressions import ExpressionError, clip, evaluate
-from relume.translator.keywords import TEXTS
+
+if TYPE_CHECKING:
+    from relume.translator.keywords import Keyword
 
 MAX_NUMBER = 1e30
 """Largest absolute value of a number: beyond it single precision fails."""
 
-LONGEST_MESSAGE = 900
-"""Longest text of a problem, which may quote the file."""
+MAX_MESSAGE = 900
+"""Longest message of a problem [characters]; it may quote the file."""
+
+MAX_GUESSES = 1000
+"""How many unknown words of a file are compared with all keywords; it takes 0.2 ms each."""
 
 _LEADING_NUMBERS = re.compile(r"\s*([+-]?[0-9]{1,300}(?:\.[0-9]*)?)")
 
 
-class ValueReader:
-    """Turns text into typed values and collects what is wrong with it.
+class ValueProblem(Exception):
+    """Values that cannot be read: what is wrong, and where.
+
+    Attributes:
+        problem: the entry for the list of errors of the file.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.message)
+        self.problem = problem
+
+
+class FileContext:
+    """What all lines of one scene file share while they are read.
 
     Args:
         variables: names defined by `VAR`, filled while the file is read.
         environ: the environment variables that `%NAME%` may ask for.
+
+    Attributes:
+        problems: the errors found so far.
     """
 
-    def __init__(self, variables, environ):
+    def __init__(self, variables: dict[str, float], environ: Mapping[str, str]) -> None:
         self.variables = variables
         self.environ = environ
-        self.problems = []
+        self.problems: list[Problem] = []
+        self._guesses = 0
 
-    def error(self, line, column, message, kind):
-        """Note a problem at a line and a column, both counted from 1."""
-        self.problems.append(Problem(line, column, clip(message, LONGEST_MESSAGE), kind))
+    def nearest(self, word: str, words: Iterable[str]) -> str | None:
+        """The known word that `word` is a misspelling of, or None."""
+        known = sorted(words)
+        folded = {each.casefold(): each for each in known}
+        if word.casefold() in folded:
+            return folded[word.casefold()]
+        self._guesses += 1
+        if self._guesses > MAX_GUESSES or len(word) > 64:
+            return None
+        close = get_close_matches(word, known, n=1, cutoff=0.8)
+        return close[0] if close else None
 
-    def numbers(self, name, text, line, offset, counts):
-        """Read expressions from `text`, which starts at column `offset` (from 0) of its line.
 
-        Returns:
-            (values with their columns from 1, notes), or None after noting a problem: a malformed
-            expression, or a count that is not among `counts`.
+class ValueReader:
+    """The text that holds the values of one keyword, and its place in the file.
+
+    Args:
+        context: what the lines of the file share.
+        name: the keyword as it is spelt; messages open with it.
+        text: the values.
+        line: number of their line, from 1; 0 for the value of an environment variable.
+        offset: column where `text` starts in its line, from 0.
+        below: whether the values stand on the line below the keyword.
+
+    Attributes:
+        notes: remarks for the reader of the file, added while values are read.
+        columns: where each of the values read last starts in its line, from 1.
+    """
+
+    def __init__(
+        self,
+        context: FileContext,
+        name: str,
+        text: str,
+        line: int = 0,
+        offset: int = 0,
+        below: bool = False,
+    ) -> None:
+        self.context = context
+        self.name = name
+        self.text = text
+        self.line = line
+        self.offset = offset
+        self.below = below
+        self.notes: list[str] = []
+        self.columns: list[int] = []
+
+    def error(self, message: str, kind: str = "value", column: int | None = None) -> ValueProblem:
+        """An error to raise.
+
+        Args:
+            message: what was found and what was expected.
+            kind: one of `ERROR_KINDS`.
+            column: where, from 1; by default where the text starts.
+        """
+        place = (self.offset + 1 if column is None else column) if self.line else 0
+        return ValueProblem(Problem(self.line, place, clip(message, MAX_MESSAGE), kind))
+
+    def expressions(self) -> list[float]:
+        """The values of all expressions in the text.
+
+        Raises:
+            ValueProblem: a malformed expression, or one without a finite value.
         """
         try:
-            found, notes = evaluate(text, self.variables)
+            found, notes = evaluate(self.text, self.context.variables)
         except ExpressionError as error:
-            self.error(line, offset + error.column + 1, f"{name}: {error}", error.kind)
-            return None
-        if len(found) not in counts:
-            wanted = " or ".join(str(count) for count in counts)
-            at = found[max(counts)][1] if len(found) > max(counts) else len(text.rstrip())
-            self.error(
-                line,
-                offset + at + 1,
-                f"{name} expects {wanted} value{'s' if counts != (1,) else ''}, found {len(found)}"
-                + (f" in '{clip(text.strip())}'" if text.strip() else ""),
-                "syntax",
-            )
-            return None
-        for value, column in found:
-            if abs(value) > MAX_NUMBER:
-                message = f"{name} expects numbers up to {MAX_NUMBER:g}, found {value:g}"
-                self.error(line, offset + column + 1, message, "range")
-                return None
-        return [(value, offset + column + 1) for value, column in found], notes
+            column = self.offset + error.column + 1
+            raise self.error(f"{self.name}: {error}", error.kind, column) from None
+        self.notes += notes
+        self.columns = [self.offset + column + 1 for _, column in found]
+        return [value for value, _ in found]
 
-    def integers(self, name, text, line, offset, count):
-        """As `numbers`, for words that the program scans as plain integers.
+    def numbers(self, *counts: int) -> tuple[float, ...]:
+        """As many expressions as one of `counts` says.
+
+        Raises:
+            ValueProblem: a malformed expression, another count, or an absurdly large number.
+        """
+        values = self.expressions()
+        if len(values) not in counts:
+            wanted = " or ".join(str(count) for count in counts)
+            end = self.offset + len(self.text.rstrip()) + 1
+            raise self.error(
+                f"{self.name} expects {wanted} value{'s' if counts != (1,) else ''}, "
+                f"found {len(values)}"
+                + (f" in '{clip(self.text.strip())}'" if self.text.strip() else ""),
+                "syntax",
+                self.columns[max(counts)] if len(values) > max(counts) else end,
+            )
+        for value, column in zip(values, self.columns, strict=True):
+            if abs(value) > MAX_NUMBER:
+                message = f"{self.name} expects numbers up to {MAX_NUMBER:g}, found {value:g}"
+                raise self.error(message, "range", column)
+        return tuple(values)
+
+    def integers(self, count: int) -> tuple[float, ...]:
+        """Whole numbers, for words that the original program scans as plain integers.
 
         Text after the last integer is dropped with a note, as the program does.
+
+        Raises:
+            ValueProblem: as `numbers`, or a number that is not whole.
         """
-        leading = []
-        at = 0
-        while len(leading) < count and (match := _LEADING_NUMBERS.match(text, at)):
-            leading.append((float(match.group(1)), offset + match.start(1) + 1))
-            at = match.end()
+        values, columns, end = self._leading_numbers(count)
         try:
-            found, notes = evaluate(text, self.variables)
+            found, notes = evaluate(self.text, self.context.variables)
         except ExpressionError:
             found, notes = [], []
         if len(found) == count:
-            result = [(value, offset + column + 1) for value, column in found]
-        elif len(leading) == count and (at == len(text) or text[at] in " \t"):
-            result, notes = leading, [f"'{clip(text[at:].strip())}' after the value ignored"]
+            values = [value for value, _ in found]
+            columns = [self.offset + column + 1 for _, column in found]
+        elif len(values) == count and (end == len(self.text) or self.text[end] in " \t"):
+            notes = [f"'{clip(self.text[end:].strip())}' after the value ignored"]
         else:
-            return self.numbers(name, text, line, offset, (count,))
-        for value, column in result:
+            return self.numbers(count)
+        self.notes += notes
+        self.columns = columns
+        for value, column in zip(values, columns, strict=True):
             if value != int(value):
-                self.error(line, column, f"{name} expects a whole number, found {value:g}", "value")
-                return None
-        return result, notes
+                message = f"{self.name} expects a whole number, found {value:g}"
+                raise self.error(message, "value", column)
+        return tuple(values)
 
-    def in_range(self, row, values, line):
-        """Whether all values lie in the row's range; a problem for the first that does not."""
-        for value, column in values:
-            if not row.contains(value):
-                wanted = row.range_text() + (f" [{row.unit}]" if row.unit else "")
-                self.error(line, column, f"{row.name} must be {wanted}, found {value:g}", "range")
-                return False
-        return True
+    def _leading_numbers(self, count: int) -> tuple[list[float], list[int], int]:
+        """At most `count` plain numbers at the start, their columns, and where they end."""
+        values: list[float] = []
+        columns: list[int] = []
+        end = 0
+        while len(values) < count and (match := _LEADING_NUMBERS.match(self.text, end)):
+            values.append(float(match[1]))
+            columns.append(self.offset + match.start(1) + 1)
+            end = match.end()
+        return values, columns, end
 
-    def typed(self, row, text, line, offset, name=None):
-        """The value of a row from the text of its line.
+    def name_text(self) -> str:
+        """A name, which takes the rest of the line; blanks behind it are dropped.
 
-        Returns:
-            (value, notes), or None after noting a problem.
+        Raises:
+            ValueProblem: there is no name.
         """
-        name = name or row.name
-        if row.kind in TEXTS:
-            return self.text(name, text, line, offset)
-        if row.kind in ("integer", "flag"):
-            read = self.integers(name, text, line, offset, row.arity)
-        else:
-            read = self.numbers(name, text, line, offset, (row.arity,))
-        if read is None or not self.in_range(row, read[0], line):
-            return None
-        values = [value for value, _ in read[0]]
-        if row.kind == "flag":
-            values = [value != 0 for value in values]
-        elif row.kind == "integer":
-            values = [int(value) for value in values]
-        return (values[0] if row.arity == 1 else tuple(values)), read[1]
-
-    def text(self, name, text, line, offset):
-        """A name that takes the rest of its line; trailing blanks are dropped."""
-        value = text.strip(" \t")
+        value = self.text.rstrip(" \t")
         if not value:
-            self.error(line, offset + 1, f"{name} expects a name, found nothing", "syntax")
-            return None
-        return value, []
+            raise self.error(f"{self.name} expects a name, found nothing", "syntax")
+        return value
 
-    def environment_value(self, text, line, offset):
+    def environment_number(self) -> float:
         """The value of `%NAME%`: a plain number from the environment, 0 if it is not set.
 
-        Returns:
-            (value, notes), or None after noting a problem.
+        Raises:
+            ValueProblem: there is no name between signs of percent, or the variable is no number.
         """
-        name, closed, _ = text.strip()[1:].partition("%")
+        name, closed, _ = self.text.strip()[1:].partition("%")
         if not closed or not name:
-            self.error(line, offset + 1, f"expected '%NAME%', found '{clip(text)}'", "syntax")
-            return None
-        given = self.environ.get(name)
+            raise self.error(f"expected '%NAME%', found '{clip(self.text)}'", "syntax")
+        given = self.context.environ.get(name)
         if given is None:
-            return 0.0, [f"environment variable {clip(name)} is not set: 0"]
+            self.notes.append(f"environment variable {clip(name)} is not set: 0")
+            return 0.0
         try:
-            (value, _), *rest = evaluate(given)[0]
-        except (ExpressionError, ValueError):
-            rest = [None]
-        if rest:
-            message = f"environment variable {clip(name)} expects one number, found '{clip(given)}'"
-            self.error(line, offset + 1, message, "value")
-            return None
-        return value, [f"from environment variable {clip(name)}"]
+            ((value, _),) = evaluate(given)[0]
+        except ValueError:  # no expression, or not exactly one
+            wanted = f"environment variable {clip(name)} expects one number"
+            raise self.error(f"{wanted}, found '{clip(given)}'") from None
+        self.notes.append(f"from environment variable {clip(name)}")
+        return value
+
+    def check_range(self, row: Keyword, numbers: Iterable[float]) -> None:
+        """Check numbers made of the text.
+
+        Raises:
+            ValueProblem: for the first number that is out of the row's range, at its column if it
+                is one of those read last.
+        """
+        for k, number in enumerate(numbers):
+            if not row.contains(number):
+                column = self.columns[k] if k < len(self.columns) else None
+                wanted = row.range_text() + (f" [{row.unit}]" if row.unit else "")
+                message = f"{self.name} must be {wanted}, found {number:g}"
+                raise self.error(message, "range", column)

@@ -9,9 +9,9 @@ import time
 
 import pytest
 from relume.translator.expressions import (
+    BINARY_FUNCTIONS,
     CONSTANTS,
     FUNCTIONS,
-    FUNCTIONS2,
     MAX_DEPTH,
     ExpressionError,
     clip,
@@ -62,7 +62,7 @@ def test_functions(text, expected):
 def test_all_functions_are_tested():
     """`test_functions` has a case for every function of the language."""
     cases = {mark.args[1][k][0] for mark in test_functions.pytestmark for k in range(20)}
-    assert {case.partition("(")[0] for case in cases} == {*FUNCTIONS, *FUNCTIONS2}
+    assert {case.partition("(")[0] for case in cases} == {*FUNCTIONS, *BINARY_FUNCTIONS}
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,9 @@ import pytest
 from relume.translator import read_text, translate
 from relume.translator.diagnostics import ERROR_KINDS, SceneError
 from relume.translator.document import Document
+from relume.translator.forms.reflections import REFLECTIONS
 from relume.translator.keywords import rows
-from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.objects import SceneObject
 from relume.translator.shapes import SHAPES
 
 CASES = 1000

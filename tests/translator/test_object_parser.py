@@ -2,13 +2,10 @@
 
 import pytest
 from relume.translator import read_text
-from relume.translator.blocks import Transform
 from relume.translator.diagnostics import SceneError
-from relume.translator.objects import Reflection
 from relume.translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
-BELOW = "reflection Subsurface_Scattering\n"
 
 
 def scene(text):
@@ -102,24 +99,6 @@ def test_an_unknown_shape_of_a_real_file():
     assert {outcome for _, outcome, _ in outcomes(text).values()} == {"ignored"}
 
 
-@pytest.mark.parametrize(
-    ("line", "value"),
-    [("ward_brdf 0.5 0.6 0.1 0.2", (0.5, 0.6, 0.1, 0.2)),
-     ("ward_brdf 0.6 0.1 0.2", (1, 0.6, 0.1, 0.2)),
-     ("ward_brdf 0.1 0.2", (1, 1, 0.1, 0.2))],
-)
-def test_old_forms_of_ward(line, value):
-    """Two and three values stand for rho_d 1, and rho_s 1 (16 real files)."""
-    assert ball(line + "\n").ward_brdf == value
-    assert ("old form" in outcomes(BALL + line)[3][2]) == (len(line.split()) < 5)
-
-
-def test_ward_needs_lobes():
-    """alpha 0 is no lobe; five values are too many."""
-    assert error(BALL + "ward_brdf 0 1 0 0.1\n")[:3] == (3, 15, "range")
-    assert error(BALL + "ward_brdf 0 1 1 1 1\n")[:3] == (3, 19, "syntax")
-
-
 def test_bssrdf_takes_one_line():
     """The program throws the line below away."""
     assert ball("BSSRDF\n0\ncolor 1 1 1\n").color == (1, 1, 1)
@@ -135,38 +114,3 @@ def test_shapes():
     assert [block.shape for block in document.objects] == [
         MeshFile("a b\\ソ.obj"), InfinityLight((0, -2, 0)), Sphere((0, 0, 0), 2)]
     assert "radius -2 read as 2" in document.objects[2].lines.all[1].note
-
-
-def test_transforms_keep_their_order():
-    """They are applied in the order of the file."""
-    assert ball("translate 1 2 3\nscale 2 2 2\nrotation 0 90 0\n").transforms == [
-        Transform("translate", (1, 2, 3)),
-        Transform("scale", (2, 2, 2)),
-        Transform("rotation", (0, 90, 0)),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("lines", "reflection", "roughness"),
-    [
-        ("", Reflection(), None),
-        ("reflection diffuse\n", Reflection("diffuse"), 1),
-        ("reflection specular\n", Reflection("specular"), 0),
-        ("reflection diffuse\nroughness 0.3\n", Reflection("diffuse"), 0.3),
-        ("roughness 0.3\nreflection diffuse\n", Reflection("diffuse"), 1),
-        ("reflection diffuse\nreflection ward_brdf\n", Reflection("ward"), 1),
-        ("reflection reflection\n" + BELOW, Reflection("glass", True), None),
-        (BELOW, Reflection(None, True), None),
-        (BELOW + "reflection reflection\n", Reflection("glass"), None),
-        ("reflection reflection\nreflection reflection99\n",
-         Reflection("glass", False, "formula99"), None),
-        ("reflection reflection1\n1 2 3\n",
-         Reflection("glass", False, "cauchy6", (1, 2, 3, 0, 0, 0)), None),
-        ("reflection reflection2\n1\t2e-2 3 4 5 -6\n",
-         Reflection("glass", False, "sellmeier3", (1, 0.02, 3, 4, 5, -6)), None),
-    ],
-)
-def test_reflections(lines, reflection, roughness):
-    """What the last `reflection` line makes of the ones before (8, 8.1, 8.7, 10.2)."""
-    block = ball(lines)
-    assert (block.reflection, block.roughness) == (reflection, roughness)

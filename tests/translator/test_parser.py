@@ -5,9 +5,8 @@ Section numbers are those of the scene language's description.
 
 import pytest
 from relume.translator import read, read_text
-from relume.translator.blocks import BlackHole, WormHole
 from relume.translator.diagnostics import SceneError
-from relume.translator.shapes import Sphere, UVPlane
+from relume.translator.shapes import UVPlane
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 
@@ -208,81 +207,7 @@ def test_the_last_of_repeated_keywords_counts():
     assert ball("color 1 1 1\ncolor 0 0 0\n").color == (0, 0, 0)
 
 
-def test_the_first_of_repeated_variables_counts():
-    """The one exception."""
-    text = "VAR a\n1\nVAR a\n2\nDEPTH\na\n"
-    assert scene(text).depth == 1
-    assert outcomes(text)[3][1:] == ("ignored", "a is defined already, the first definition counts")
-
-
-# -- variables and environment (2) ----------------------------------------------------------------
-
-
-def test_variables():
-    """Global, usable in all expressions below their definition, also in blocks."""
-    document = scene("VAR R\n2*3\nVAR b2\nR^2\n" + "OBJECT\nsphere R 0 0 b2\ncolor 1/R R-6 0\n")
-    assert document.variables == {"R": 6, "b2": 36}
-    assert document.objects[0].shape == Sphere((6, 0, 0), 36)
-    assert document.objects[0].color == (1 / 6, 0, 0)
-
-
-def test_a_variable_must_be_defined_before_its_use():
-    """There is no look ahead."""
-    assert error("DEPTH\na\nVAR a\n1\n")[:3] == (2, 1, "syntax")
-
-
-@pytest.mark.parametrize("name", ["", "a_b", "2a", "a b", "é"])
-def test_names_of_variables(name):
-    """A letter, then letters and digits of ASCII."""
-    line, _, kind, message = error(f"VAR {name}\n1\n")
-    assert (line, kind) == (1, "syntax")
-    assert "letters and digits" in message
-
-
-def test_environment_in_a_file():
-    """`%NAME%` on the line below a keyword of one number or `VAR`; 0 where it is not set."""
-    text = "VAR T\n%TIME%\nDEPTH\n%DEEP%\nSAMPLING\n%N% per pixel\n"
-    document = read_text(text, environ={"TIME": "2.5", "N": "7"})
-    assert (document.variables["T"], document.depth, document.sampling) == (2.5, 0, 7)
-    notes = {report.line: report.note for report in document.lines.all}
-    assert notes[2] == "from environment variable TIME"
-    assert "DEEP is not set: 0" in notes[3]
-
-
-@pytest.mark.parametrize("given", ["", "1 2", "x", "nan", "1e999", "7.5"])
-def test_environment_that_is_no_number(given):
-    """An error at the line that asks for it."""
-    with pytest.raises(SceneError) as caught:
-        read_text("SAMPLING\n%N%\n", environ={"N": given})
-    assert caught.value.problems[0].line == 2
-
-
-@pytest.mark.parametrize("value", ["%N", "%", "%%"])
-def test_environment_without_a_name(value):
-    """`%` without an end or a name."""
-    assert error(f"DEPTH\n{value}\n")[:3] == (2, 1, "syntax")
-
-
-def test_environment_only_for_single_numbers():
-    """`SCREEN` takes three numbers, so `%` is no operand there."""
-    assert error("SCREEN\n%N%\n")[:3] == (2, 1, "syntax")
-
-
 # -- other blocks and words ----------------------------------------------------------------------
-
-
-def test_gravity_blocks():
-    """Outside the manual, but read, each with its own table of keywords."""
-    document = scene("BLACKHOLE 1 2 3\ndist 5\nbackground_texture sky.png\n\nWORMHOLE\nin 0 0 1\n")
-    assert document.gravity == [
-        BlackHole((1, 2, 3), dist=5, background_texture="sky.png"), WormHole(entrance=(0, 0, 1))]
-
-
-@pytest.mark.parametrize("word", ["ENV_LIGHT", "ENVLIGHT"])
-@pytest.mark.parametrize("gap", [" ", "\n"])
-def test_ambient_light_in_both_forms_and_spellings(word, gap):
-    """Manual and program differ in word and place; all four are read."""
-    assert scene(f"{word}{gap}0.1 0.2 0.3\n").ambient == (0.1, 0.2, 0.3)
 
 
 @pytest.mark.parametrize("word", ["luminance_cutoff", "luminacnce_cuttoff"])
@@ -317,34 +242,6 @@ def test_misspellings_name_the_nearest_word(text, line, meant):
     found = error(text)
     assert found[0] == line
     assert f"did you mean '{meant}'?" in found[3]
-
-
-def test_integers_are_scanned():
-    """`IMAGE` and the like take leading integers and drop what follows, with a note."""
-    text = "IMAGE\n64 48 pixels\n"
-    assert scene(text).image == (64, 48)
-    assert "'pixels' after the value ignored" in outcomes(text)[1][2]
-    assert error("IMAGE\n64.5 48\n")[:3] == (2, 1, "value")
-    assert scene("IMAGE\n2*32 40+8\n").image == (64, 48)
-
-
-def test_phase_in_both_forms_and_spellings():
-    """One number below for all channels, or three beside; beyond -1 to 1 a channel is isotropic."""
-    assert scene("PAHASE\n0.5\n").phase == (0.5, 0.5, 0.5)
-    assert scene("PAHASE 0.1 0.2 0.3\n").phase == (0.1, 0.2, 0.3)
-    assert ball("PAHASE\n-0.5\n").phase == (-0.5, -0.5, -0.5)
-    assert ball("PHASE 0.1 0.2 0.3\n").phase == (0.1, 0.2, 0.3)
-    assert scene("PAHASE 0.1 2 0.3\n").phase == (0.1, 0, 0.3)
-    assert outcomes("PHASE\n0\n")[1][2] == "read as PAHASE"
-    assert error("PAHASE 0.1 0.2\n")[:2] == (1, 15)
-    assert error("PAHASE\n0.1 0.2\n")[0] == 2
-
-
-def test_scattering_has_a_mean_that_is_not_used():
-    """Two lines below `SCATTERING`; the first is a dummy."""
-    assert ball("SCATTERING\n99\n1 2 3\n").scattering == (1, 2, 3)
-    assert outcomes("SCATTERING\n99\n1 2 3\n")[2][1] == "ignored"
-    assert error("SCATTERING\n1 2 3\n\n")[0] == 2
 
 
 # -- errors ---------------------------------------------------------------------------------------

@@ -10,12 +10,25 @@ import pytest
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 from relume.translator import read, read_text
-from relume.translator.blocks import TRANSFORMS, BlackHole, Transform, WormHole
 from relume.translator.diagnostics import SceneError
 from relume.translator.document import MAX_SIDE, Document
-from relume.translator.keywords import rows
+from relume.translator.forms.coefficients import Coefficients
+from relume.translator.forms.names import MaterialName, Name
+from relume.translator.forms.numbers import Flag, Integer, Number, NumberOnEitherLine
+from relume.translator.forms.phase import MeanCosine
+from relume.translator.forms.reflections import (
+    DISPERSION,
+    REFLECTIONS,
+    Reflection,
+    ReflectionLines,
+)
+from relume.translator.forms.transforms import TRANSFORMS, Transform, TransformBlock
+from relume.translator.forms.variables import Variables
+from relume.translator.forms.ward import Ward
+from relume.translator.gravity import BlackHole, WormHole
+from relume.translator.keywords import ENVIRONMENT, rows
 from relume.translator.materials_table import MATERIALS
-from relume.translator.objects import DISPERSION, REFLECTIONS, Reflection, SceneObject
+from relume.translator.objects import SceneObject
 from relume.translator.printer import print_document
 from relume.translator.shapes import SHAPES, MeshFile, Sphere
 from relume.translator.values import MAX_NUMBER
@@ -41,9 +54,9 @@ VARIABLES = st.dictionaries(
 
 def one_number(row):
     """A number in the range of a row."""
-    if row.kind == "flag":
+    if isinstance(row.form, Flag):
         return st.booleans()
-    if row.kind == "integer":
+    if isinstance(row.form, Integer):
         low = int(max(row.low, -(2**40)))
         return st.integers(low, int(min(row.high, 2**40)))
     return st.floats(
@@ -53,22 +66,27 @@ def one_number(row):
     )
 
 
+def numbers(row):
+    """As many numbers as a row says."""
+    return one_number(row) if row.arity == 1 else st.tuples(*[one_number(row)] * row.arity)
+
+
+VALUES = {
+    **dict.fromkeys([Number, NumberOnEitherLine, Integer, Flag, Coefficients, MeanCosine], numbers),
+    Name: lambda row: NAME,
+    MaterialName: lambda row: st.sampled_from(sorted(MATERIALS)),
+    Variables: lambda row: VARIABLES,
+    TransformBlock: lambda row: st.lists(transforms(), max_size=3),
+    ReflectionLines: lambda row: reflections(),
+    Ward: lambda row: st.tuples(one_number(row), one_number(row), LENGTH, LENGTH),
+}
+"""The values that a keyword of each form may hold; of any other form its default alone is tried."""
+
+
 def value_of(row):
     """A value that a row's keyword may hold."""
-    if row.kind == "text":
-        return NAME
-    if row.kind == "symbol":
-        return st.sampled_from(sorted(MATERIALS))
-    if row.kind == "variable":
-        return VARIABLES
-    if row.kind == "transforms":
-        return st.lists(transforms(), max_size=3)
-    if row.kind == "reflection":
-        return reflections()
-    if row.kind == "ward":
-        return st.tuples(one_number(row), one_number(row), LENGTH, LENGTH)
-    numbers = one_number(row)
-    return numbers if row.arity == 1 else st.tuples(*[numbers] * row.arity)
+    strategy = VALUES.get(type(row.form))
+    return strategy(row) if strategy else st.just(row.default)
 
 
 def transforms():
@@ -112,7 +130,7 @@ def filled(draw, make, share=0.3):
     """A target whose fields are drawn from the ranges of their rows, each with a probability."""
     target = make()
     for row in rows(type(target)):
-        if row.form != "environment only" and draw(st.floats(0, 1)) < share:
+        if row.place != ENVIRONMENT and draw(st.floats(0, 1)) < share:
             setattr(target, row.field, draw(value_of(row)))
     return target
 

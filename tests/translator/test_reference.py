@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 from relume.translator.dialects import DIFFERENCES
 from relume.translator.document import Document
+from relume.translator.forms.reflections import REFLECTIONS
 from relume.translator.keywords import rows
-from relume.translator.objects import REFLECTIONS, SceneObject
+from relume.translator.objects import SceneObject
 from relume.translator.reference import page
 from relume.translator.shapes import SHAPES
 

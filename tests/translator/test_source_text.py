@@ -6,12 +6,12 @@ import time
 import pytest
 from relume.translator import read, source_text
 from relume.translator.diagnostics import SceneError
-from relume.translator.source_text import read_lines, split
+from relume.translator.source_text import decode_lines, read_lines
 
 
 def refused(data):
     with pytest.raises(SceneError) as caught:
-        split(data, "scene.txt")
+        decode_lines(data, "scene.txt")
     (problem,) = caught.value.problems
     assert problem.kind == "file"
     return problem
@@ -24,12 +24,12 @@ def test_encodings_and_line_ends(encoding, end, last):
     """UTF-8 with and without mark, cp932, three line ends, with and without the last one."""
     lines = ["# 拡散反射", "OUTPUT", "画像/ガラス.bmp"]
     data = (end.join(lines) + end * last).encode(encoding)
-    assert split(data, "") == lines + [""] * last
+    assert decode_lines(data, "") == lines + [""] * last
 
 
 def test_a_backslash_inside_a_character_of_cp932():
     """`ソ` is 0x83 0x5C in cp932: the second byte is no path separator."""
-    assert split("objfile ソ\\表.obj".encode("cp932"), "") == ["objfile ソ\\表.obj"]
+    assert decode_lines("objfile ソ\\表.obj".encode("cp932"), "") == ["objfile ソ\\表.obj"]
 
 
 def test_a_mark_does_not_hide_the_first_keyword(tmp_path):
@@ -50,7 +50,7 @@ def test_an_empty_file_is_a_scene_of_defaults(tmp_path):
 def test_only_line_ends_split_lines():
     """Other separators of Unicode and form feeds belong to their line."""
     text = "a\x0b\x0c\x1c\x85\u2028\u2029b"
-    assert split(text.encode(), "") == [text]
+    assert decode_lines(text.encode(), "") == [text]
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
@@ -76,11 +76,12 @@ def test_bytes_of_no_encoding_are_located():
 
 def test_long_lines_and_too_many_are_refused(monkeypatch):
     """Limits with the place where they are passed."""
-    problem = refused(b"IMAGE\n" + b"1" * (source_text.MAX_LINE + 1))
-    assert (problem.line, problem.column) == (2, source_text.MAX_LINE + 1)
-    assert split(b"1" * source_text.MAX_LINE, "") == ["1" * source_text.MAX_LINE]
+    problem = refused(b"IMAGE\n" + b"1" * (source_text.MAX_LINE_LENGTH + 1))
+    assert (problem.line, problem.column) == (2, source_text.MAX_LINE_LENGTH + 1)
+    longest = "1" * source_text.MAX_LINE_LENGTH
+    assert decode_lines(longest.encode(), "") == [longest]
     monkeypatch.setattr(source_text, "MAX_LINES", 10)
-    assert len(split(b"1\n" * 9, "")) == 10
+    assert len(decode_lines(b"1\n" * 9, "")) == 10
     assert refused(b"1\n" * 10).line == 11
 
 

@@ -1,0 +1,42 @@
+"""Mean cosines of phase functions (section 10.1)."""
+
+import pytest
+from relume.translator import read_text
+from relume.translator.diagnostics import SceneError
+
+BALL = "OBJECT\nsphere 0 0 0 1\n"
+
+
+def scene(text):
+    return read_text(text, environ={})
+
+
+def ball(lines):
+    """The object that attribute lines make of a sphere."""
+    (block,) = scene(BALL + lines).objects
+    return block
+
+
+def outcomes(text):
+    """Keyword, outcome and note of each reported line, by line number."""
+    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).lines.all}
+
+
+def error(text):
+    """Line, column, kind and message of the one error."""
+    with pytest.raises(SceneError) as caught:
+        scene(text)
+    (p,) = caught.value.problems
+    return p.line, p.column, p.kind, p.message
+
+
+def test_phase_in_both_forms_and_spellings():
+    """One number below for all channels, or three beside; beyond -1 to 1 a channel is isotropic."""
+    assert scene("PAHASE\n0.5\n").phase == (0.5, 0.5, 0.5)
+    assert scene("PAHASE 0.1 0.2 0.3\n").phase == (0.1, 0.2, 0.3)
+    assert ball("PAHASE\n-0.5\n").phase == (-0.5, -0.5, -0.5)
+    assert ball("PHASE 0.1 0.2 0.3\n").phase == (0.1, 0.2, 0.3)
+    assert scene("PAHASE 0.1 2 0.3\n").phase == (0.1, 0, 0.3)
+    assert outcomes("PHASE\n0\n")[1][2] == "read as PAHASE"
+    assert error("PAHASE 0.1 0.2\n")[:2] == (1, 15)
+    assert error("PAHASE\n0.1 0.2\n")[0] == 2
