@@ -5,7 +5,7 @@ import math
 import numpy as np
 from relume.translator.dialects import note
 from relume.translator.images import as_texture, read_image
-from relume.translator.reflectances import Texture, met
+from relume.translator.reflectances import Texture, used_texels
 from relume.translator.scene_values import Picture
 from relume.translator.shapes import Hemisphere, InfinityLight, Sphere
 
@@ -123,7 +123,7 @@ class Domes:
             scale: factor of the radiance.
             flip: whether v = 0 is the bottom row.
         """
-        shown = met(pixels) * np.float32(scale)
+        shown = used_texels(pixels) * np.float32(scale)
         shown = np.ascontiguousarray(shown[::-1] if flip else shown)
         return {
             "bsdf": {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}},

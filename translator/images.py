@@ -2,18 +2,22 @@
 
 The original renderer uses a byte b as the linear value b/255, with no sRGB decoding, and so does
 `read_image`. The content of a file decides on its format, not its name; a value of n bits is
-divided by 2^n - 1. OpenImageIO reads PNG, TGA and plain BMP, Pillow JPEG and PPM, OpenEXR its own
-format; what none of them reads rightly is read here (`bitmaps`, `radiance`).
+divided by 2^n - 1. OpenImageIO reads PNG and TGA, Pillow JPEG and bits or words in PPM, OpenEXR its
+own format; what none of them reads rightly is read here, and in `bitmaps` and `radiance`.
 """
+
+from __future__ import annotations
 
 import re
 import struct
 import tempfile
 import warnings
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from PIL import Image as PillowImage
@@ -31,6 +35,9 @@ FORMATS = "BMP, JPEG, PNG, TGA, PPM, Radiance HDR, PFM, OpenEXR"
 """What is read."""
 
 _TGA_TYPES = (1, 2, 3, 9, 10, 11)
+_TGA_MAPPED = (1, 9)
+_TGA_GREY = (3, 11)
+_PNM = re.compile(rb"P([56])" + 3 * rb"(?:\s|#[^\n]*\n)+(\d{1,9})" + rb"\s")
 _PFM = re.compile(rb"(P[Ff])\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s")
 
 
@@ -42,7 +49,7 @@ class ImageError(Exception):
         message: what is wrong.
     """
 
-    def __init__(self, path, message):
+    def __init__(self, path: str | Path, message: str) -> None:
         self.path, self.message = path, message
         super().__init__(f"{path}: {message}")
 
@@ -62,7 +69,11 @@ class Image:
     hdr: bool
 
 
-def read_image(path):
+_Decoded: TypeAlias = tuple[np.ndarray, np.ndarray | None, bool]
+"""Linear RGB (H, W, 3), opacity (H, W) or None, and whether the values are floating-point ones."""
+
+
+def read_image(path: str | Path) -> Image:
     """Decode a picture: BMP, JPEG, PNG, TGA, PPM, Radiance, PFM or OpenEXR.
 
     Args:
@@ -97,7 +108,7 @@ def read_image(path):
     return Image(rgb, alpha, hdr)
 
 
-def as_texture(image):
+def as_texture(image: Image) -> Image:
     """A picture as the original program uses it for ``texture``: 8 bits a channel.
 
     The program loads textures through an 8-bit reader, which turns floating-point pictures into
@@ -120,7 +131,7 @@ def as_texture(image):
     return replace(image, rgb=rgb.astype(np.float32), alpha=alpha, hdr=False)
 
 
-def bump_height(image):
+def bump_height(image: Image) -> np.ndarray:
     """Height for bump mapping, Y = 0.299 R + 0.587 G + 0.114 B.
 
     Args:
@@ -133,7 +144,7 @@ def bump_height(image):
     return image.rgb @ np.array([0.299, 0.587, 0.114], np.float32)
 
 
-def _read_bytes(path):
+def _read_bytes(path: str | Path) -> bytes:
     if not Path(path).is_file():
         what = "is not a regular file" if Path(path).exists() else "does not exist"
         raise ImageError(path, what)
@@ -142,7 +153,7 @@ def _read_bytes(path):
     return Path(path).read_bytes()
 
 
-def _decoder(data):
+def _decoder(data: bytes) -> Callable[[bytes, str | Path], _Decoded]:
     """The decoder for the content of a file."""
     for magic, decoder in (
         (b"BM", _bmp),
@@ -164,14 +175,14 @@ def _decoder(data):
     raise ValueError(f"no picture of a known format ({FORMATS})")
 
 
-def _check_size(width, height):
+def _check_size(width: int, height: int) -> None:
     if width < 1 or height < 1:
         raise ValueError(f"no pixels: {width} x {height}")
     if width * height > MAX_PIXELS:
         raise ValueError(f"{width} x {height} pixels: at most {MAX_PIXELS} are read")
 
 
-def _pillow(data, kind):
+def _pillow(data: bytes, kind: str) -> _Decoded:
     """Colours by Pillow; grey is replicated."""
     try:
         opened = PillowImage.open(BytesIO(data), formats=[kind])
@@ -186,15 +197,34 @@ def _pillow(data, kind):
         return np.asarray(picture.convert("RGB"), np.float32) / 255, None, False
 
 
-def _jpeg(data, _path):
+def _jpeg(data: bytes, _path: str | Path) -> _Decoded:
     return _pillow(data, "JPEG")
 
 
-def _ppm(data, _path):
-    return _pillow(data, "PPM")
+def _ppm(data: bytes, _path: str | Path) -> _Decoded:
+    """Portable grey and colour maps of bytes; Pillow reads the others, and of these loses bits."""
+    header = _PNM.match(data)
+    if not header:
+        return _pillow(data, "PPM")
+    width, height, top = (int(header[k]) for k in (2, 3, 4))
+    _check_size(width, height)
+    if not 0 < top < 65536:
+        raise ValueError(f"a largest value of {top}: expected 1 to 65535")
+    kind, channels = np.dtype("u1" if top < 256 else ">u2"), 3 if header[1] == b"6" else 1
+    stored = _samples(data, header.end(), kind, (height, width, channels))
+    return np.broadcast_to(stored / np.float32(top), (height, width, 3)), None, False
 
 
-def _openimageio(data, path, kind):
+def _samples(data: bytes, at: int, kind: np.dtype, shape: tuple[int, int, int]) -> np.ndarray:
+    """Samples of a kind, one behind the other from an offset, (H, W, C)."""
+    count = shape[0] * shape[1] * shape[2]
+    have, need = len(data) - at, count * kind.itemsize
+    if have < need:
+        raise ValueError(f"the pixels are incomplete: {have} of {need} bytes")
+    return np.frombuffer(data, kind, count, at).reshape(shape)
+
+
+def _openimageio(data: bytes, path: str | Path, kind: str) -> tuple[np.ndarray, bool]:
     """Samples (H, W, C), float32 from 0 to 1, whether the last is opacity, by OpenImageIO.
 
     It looks at the ending of a name before the content: a file of another name is copied.
@@ -227,7 +257,7 @@ def _openimageio(data, path, kind):
 
 
 @contextmanager
-def _named(data, path, kind):
+def _named(data: bytes, path: str | Path, kind: str) -> Iterator[str]:
     """A name of the file that ends as its format should."""
     if str(path).lower().endswith(f".{kind}"):
         yield str(path)
@@ -238,67 +268,71 @@ def _named(data, path, kind):
         yield str(copy)
 
 
-def _plain(text):
+def _plain(text: str | None) -> str:
     """A library's message as part of ours: one line, without the file's name."""
     lines = [line.strip() for line in (text or "").splitlines() if line.strip()]
     return re.sub(r"\"[^\"]*\"|'[^']*'", "the file", lines[0]).rstrip(".") if lines else "damaged"
 
 
-def _colors(samples, has_alpha):
+def _colors(samples: np.ndarray, has_alpha: bool) -> tuple[np.ndarray, np.ndarray | None]:
     """Linear RGB and opacity of samples; grey is replicated."""
     alpha = samples[..., -1] if has_alpha else None
     color = samples[..., : samples.shape[2] - has_alpha]
     return np.repeat(color, 3, axis=2) if color.shape[2] == 1 else color[..., :3], alpha
 
 
-def _png(data, path):
+def _png(data: bytes, path: str | Path) -> _Decoded:
     rgb, alpha = _colors(*_openimageio(data, path, "png"))
     return rgb, alpha, False
 
 
-def _tga(data, path):
+def _tga(data: bytes, path: str | Path) -> _Decoded:
     """Targa; 16-bit pixels, palettes and pixels without attribute bits have no opacity."""
     kind, bits, attributes = data[2], data[16], data[17] & 15
     _check_size(*struct.unpack_from("<HH", data, 12))
+    if data[1] and kind not in _TGA_MAPPED:
+        data, path = _without_map(data), ""
     samples, has_alpha = _openimageio(data, path, "tga")
-    grey = kind in (3, 11)
+    grey = kind in _TGA_GREY
     rgb, alpha = _colors(samples, has_alpha or (grey and samples.shape[2] == 2))
     opaque = attributes == 0 or (bits == 16 and not grey)
     return rgb, None if opaque else alpha, False
 
 
-def _bmp(data, path):
+def _without_map(data: bytes) -> bytes:
+    """A Targa file without its colour map, which its pixels do not use."""
+    entries, depth = struct.unpack_from("<HB", data, 5)
+    pixels = 18 + data[0]
+    behind = pixels + entries * ((depth + 7) // 8)
+    return data[:1] + b"\0" + data[2:3] + bytes(5) + data[8:pixels] + data[behind:]
+
+
+def _bmp(data: bytes, _path: str | Path) -> _Decoded:
     header = bitmaps.Header(data)
     _check_size(header.width, header.height)
     bitmaps.check_complete(data, header)
-    if header.special:
-        return *bitmaps.read(data, header), False
-    rgb, _ = _colors(*_openimageio(data, path, "bmp"))
-    return rgb, None, False
+    return *bitmaps.read(data, header), False
 
 
-def _radiance(data, _path):
+def _radiance(data: bytes, _path: str | Path) -> _Decoded:
     width, height, _, _ = radiance.read_header(data)
     _check_size(width, height)
     return radiance.read_pixels(data), None, True
 
 
-def _pfm(data, _path):
+def _pfm(data: bytes, _path: str | Path) -> _Decoded:
     """Portable float maps: rows from the bottom, a negative scale means little endian."""
     header = _PFM.match(data)
     if not header:
         raise ValueError("malformed PFM header")
     width, height, channels = int(header[2]), int(header[3]), 3 if header[1] == b"PF" else 1
     _check_size(width, height)
-    need = width * height * channels * 4
-    if len(data) - header.end() < need:
-        raise ValueError(f"the pixels are incomplete: {len(data) - header.end()} of {need} bytes")
-    kind = "<f4" if float(header[4]) < 0 else ">f4"
-    pixels = np.frombuffer(data, kind, need // 4, header.end()).reshape(height, width, channels)
+    kind = np.dtype("<f4" if float(header[4]) < 0 else ">f4")
+    pixels = _samples(data, header.end(), kind, (height, width, channels))
     return np.broadcast_to(pixels[::-1], (height, width, 3)), None, True
 
 
-def _exr(_data, path):
+def _exr(_data: bytes, path: str | Path) -> _Decoded:
     """OpenEXR: R, G, B (or Y) and A of the first part."""
     import OpenEXR
 

@@ -1,21 +1,24 @@
 """Mesh objects: OBJ files with their materials (spec section 12)."""
 
+from __future__ import annotations
+
 import dataclasses
 import functools
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from relume.translator.assets import Find
 from relume.translator.diagnostics import Problem, SceneError
-from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
-from relume.translator.mtl import Materials, MtlError, read_mtl
+from relume.translator.mtl import Material, Materials, MtlError, TextureMap, read_mtl
 from relume.translator.mtl_names import library_names, spellings
 from relume.translator.obj import read_obj
-from relume.translator.obj_model import MeshError
+from relume.translator.obj_model import Group, MeshError, ObjFile
 from relume.translator.obj_scan import stock_obstacle
-from relume.translator.objects import Reflection
-from relume.translator.reflectances import VertexColor, load_texture, times
-from relume.translator.scene_values import Matrix, Mesh
+from relume.translator.objects import Reflection, SceneObject
+from relume.translator.reflectances import Color, Texture, VertexColor, load_texture, times
+from relume.translator.scene_values import Entry, Matrix, Mesh
 
 KINDS = dict(
     enumerate(("diffuse", "specular", "glass", "ward", "phong", "glass", "diffuse", "ward"))
@@ -35,18 +38,18 @@ class Part:
     Attributes:
         name: suffix for the scene dictionary.
         entry: the shape's dictionary without BSDF.
-        block: `SceneObject` with the material's attributes in place of its own.
+        block: the object with the material's attributes in place of its own.
         reflectances: its `Reflectances`.
         opacity: a constant opacity, or None.
         bump: path of the material's bump map, or None.
     """
 
     name: str
-    entry: dict
-    block: object
+    entry: Entry
+    block: SceneObject
     reflectances: Reflectances
     opacity: float | None = None
-    bump: object = None
+    bump: Path | None = None
 
 
 class Meshes:
@@ -57,18 +60,18 @@ class Meshes:
         spectral: whether the scene is rendered by wavelength.
     """
 
-    def __init__(self, find, spectral=False):
+    def __init__(self, find: Find, spectral: bool = False) -> None:
         self.find = find
         self.spectral = spectral
-        self.files = {}
+        self.files: dict[Path, ObjFile] = {}
 
-    def read(self, path):
+    def read(self, path: Path) -> ObjFile:
         """The `ObjFile` of a path."""
         if path not in self.files:
             self.files[path] = read_obj(path)
         return self.files[path]
 
-    def bounds(self, path, matrix):
+    def bounds(self, path: Path, matrix: np.ndarray) -> np.ndarray | None:
         """Corners of a box around a mesh file under a matrix: (2, 3), or None if unreadable."""
         try:
             positions = self.read(path).positions
@@ -77,7 +80,7 @@ class Meshes:
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
 
-    def parts(self, block, path, matrix):
+    def parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a mesh object.
 
         Args:
@@ -89,7 +92,8 @@ class Meshes:
             A list of `Part`.
 
         Raises:
-            SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
+            SceneError: the OBJ file, or an MTL file that it uses, cannot be read.
+            ImageError: a picture cannot be read.
         """
         try:
             plain = path not in self.files and stock_serves(block, matrix)
@@ -100,10 +104,8 @@ class Meshes:
         except (MeshError, MtlError) as error:
             place = error.line or 0, error.column or 0
             raise SceneError(error.path, [Problem(*place, error.message, "asset")]) from None
-        except ImageError as error:
-            raise SceneError(error.path, [Problem(0, 0, error.message, "asset")]) from None
 
-    def bump(self, material, block, find):
+    def bump(self, material: Material | None, block: SceneObject, find: Find) -> Path | None:
         """Path of the bump map of a material, or None; a missing file is noted."""
         if material is None or material.map_bump is None:
             return None
@@ -113,14 +115,14 @@ class Meshes:
             block.lines.becomes("", "approximated", note)
         return path
 
-    def _parts(self, block, path, matrix):
+    def _parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a file with materials, vertex colours or other extensions."""
         obj = self.read(path)
         for line, text in obj.notes[:20]:
             block.lines.remark("", f"{Path(path).name}:{line}: {text}")
         library, folders = materials(obj, path, self.find, block)
 
-        def find(name):
+        def find(name: str) -> Path | None:
             for spelling in spellings(name):
                 near = (folder / spelling.replace("\\", "/") for folder in folders)
                 here = next((file for file in near if file.is_file()), None)
@@ -146,7 +148,7 @@ class Meshes:
         return result
 
 
-def stock_serves(block, matrix):
+def stock_serves(block: SceneObject, matrix: np.ndarray) -> bool:
     """Whether Mitsuba's own reader could do for a mesh object.
 
     A bump map must know the mesh (see `bumps.texel_length`), and under a mirroring matrix the stock
@@ -158,7 +160,7 @@ def stock_serves(block, matrix):
     return block.bump_texture is None and not (mirrored and block.smooth)
 
 
-def stock_mesh(block, path, matrix):
+def stock_mesh(block: SceneObject, path: Path, matrix: np.ndarray) -> Entry:
     """The dictionary of a mesh that Mitsuba's own reader reads as we would, and faster."""
     entry = {
         "type": "obj",
@@ -170,15 +172,19 @@ def stock_mesh(block, path, matrix):
     return entry | ({"flip_normals": True} if turned else {})
 
 
-def materials(obj, path, find, block):
+def materials(
+    obj: ObjFile, path: Path, find: Find, block: SceneObject
+) -> tuple[Materials, list[Path]]:
     """The materials of all MTL files that an OBJ file names, and the folders of these files.
 
     A missing file is noted.
     """
-    library, folders, read, missing = Materials(), [Path(path).parent], set(), {}
+    library, folders = Materials(), [Path(path).parent]
+    read: set[Path] = set()
+    missing: dict[str, int] = {}
 
     @functools.cache
-    def beside_or_found(name):
+    def beside_or_found(name: str) -> Path | None:
         beside = Path(path).parent / name.replace("\\", "/")
         return beside if beside.is_file() else find(name)
 
@@ -199,25 +205,25 @@ def materials(obj, path, find, block):
     return library, folders
 
 
-def with_material(block, material):
+def with_material(block: SceneObject, material: Material) -> SceneObject:
     """An object with what an MTL material sets (section 12.2)."""
-    changes = {}
+    changes: dict[str, Any] = {}
     if material.color is not None and material.map_kd is None:
         changes["color"] = material.color
     if material.specular is not None:
         is_diffuse = block.reflection.kind in (None, "diffuse")
         changes["specular"] = BLACK if is_diffuse else material.specular
-    kind = KINDS.get(material.reflection)
-    if kind is not None:
-        changes |= reflecting(kind, material)
+    if material.reflection is not None:
+        changes |= reflecting(material.reflection, material)
     return dataclasses.replace(block, **changes)
 
 
-def reflecting(kind, material):
-    """What `#REFLECTION` and the keys that depend on it set."""
+def reflecting(code: int, material: Material) -> dict[str, Any]:
+    """What a `#REFLECTION` code and the keys that depend on it set."""
+    kind = KINDS[code]
     color, specular = material.color or BLACK, material.specular or BLACK
-    changes = {
-        "reflection": Reflection(kind, subsurface=material.reflection >= 5),
+    changes: dict[str, Any] = {
+        "reflection": Reflection(kind, subsurface=code >= 5),
         "emission": material.emission or BLACK,
         "refractive_index": material.ni or 0.0,
         "roughness": material.diffuse_weight,
@@ -231,9 +237,29 @@ def reflecting(kind, material):
     return changes
 
 
-def reflectances(block, material, find, spectral, colored=False, object_color=None):
-    """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12)."""
+def reflectances(
+    block: SceneObject,
+    material: Material | None,
+    find: Find,
+    spectral: bool,
+    colored: bool = False,
+    object_color: Color | None = None,
+) -> Reflectances:
+    """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12).
+
+    Args:
+        block: the object, with what its material sets.
+        material: the MTL material, or None.
+        find: function from the name of a picture to its path.
+        spectral: whether the scene is rendered by wavelength.
+        colored: whether the mesh has vertex colours.
+        object_color: colour of the object itself, a factor of the material's picture.
+
+    Raises:
+        ImageError: a picture cannot be read.
+    """
     if material is not None and material.map_kd is not None:
+        assert object_color is not None
         file = material.map_kd.file
         path = find(file)
         if path is None:
@@ -242,18 +268,8 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
         if any(block.emission) and material.emission:
             note = "#EMISSION is taken as it is, not multiplied by map_Kd"
             block.lines.becomes("", "approximated", note)
-        u, v, _ = material.map_kd.scale
-        du, dv, _ = material.map_kd.offset
-        picture = load_texture(
-            path,
-            flip=False,
-            repeat=material.repeat or block.repeat,
-            uv_scale=(u, v),
-            uv_offset=(du, -dv),
-            clamp=material.map_kd.clamp,
-            spectral=spectral,
-        )
-        picture = picture.adjusted(material.map_kd.base, material.map_kd.gain)
+        repeat = material.repeat or block.repeat
+        picture = material_texture(material.map_kd, path, repeat, spectral)
         return Reflectances(times(picture, object_color), block.specular)
     if block.texture is not None:
         picture = load_texture(
@@ -265,14 +281,51 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
     return Reflectances(block.color, block.specular)
 
 
-def smooth(block, material):
+def material_texture(map_kd: TextureMap, path: Path, repeat: int, spectral: bool) -> Texture:
+    """The picture of a material with its options: u and v become scale times them plus offset.
+
+    Args:
+        map_kd: the options.
+        path: the picture.
+        repeat: how often it repeats along each side of the unit square, after scale and offset.
+        spectral: whether the scene is rendered by wavelength.
+
+    Raises:
+        ImageError: the picture cannot be read.
+    """
+    u, v, _ = map_kd.scale
+    du, dv, _ = map_kd.offset
+    # Meshes have 1 - v: 1 - r (s v + o) = r s (1 - v) + (1 - r s) - r o.
+    turned = 1 - repeat * v
+    if not map_kd.clamp:
+        turned %= 1  # 0 where the picture's repetitions fall on each other
+    texture = load_texture(
+        path,
+        flip=False,
+        repeat=repeat,
+        uv_scale=(u, v),
+        uv_offset=(du, turned / repeat - dv),
+        clamp=map_kd.clamp,
+        spectral=spectral,
+    )
+    return texture.adjusted(map_kd.base, map_kd.gain)
+
+
+def smooth(block: SceneObject, material: Material | None) -> bool:
     """Whether normals are interpolated: `#SMOOTH` before `smooth`."""
     if material is not None and material.smooth is not None:
         return material.smooth != 0
     return block.smooth
 
 
-def mesh(obj, group, matrix, smoothed, turned, tint):
+def mesh(
+    obj: ObjFile,
+    group: Group,
+    matrix: np.ndarray,
+    smoothed: bool,
+    turned: bool,
+    tint: Reflectances,
+) -> Entry:
     """The dictionary of one group of faces under a matrix."""
     normals = None
     if smoothed:

@@ -6,10 +6,13 @@ language need several keys at once and are properties of `Material`: `color` and
 `diffuse_weight` (``#ROUGHNESS``).
 """
 
+from __future__ import annotations
+
 import math
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from .mtl_names import spellings, without_comment
 
@@ -30,7 +33,9 @@ class MtlError(Exception):
         message: what is wrong, without the place.
     """
 
-    def __init__(self, path, line, column, message):
+    def __init__(
+        self, path: str | Path, line: int | None, column: int | None, message: str
+    ) -> None:
         self.path, self.line, self.column, self.message = path, line, column, message
         place = [str(path)] + [str(n) for n in (line, column) if n is not None]
         super().__init__(f"{':'.join(place)}: {message}")
@@ -102,30 +107,26 @@ class Material:
     repeat: int | None = None
     lines: dict[str, int] = field(default_factory=dict)
 
-    def _later(self, *names):
-        given = [name for name in names if name in self.lines]
-        return max(given, key=self.lines.get) if given else None
+    def _is_later(self, name: str, other: str) -> bool:
+        return self.lines.get(name, 0) > self.lines.get(other, 0)
 
     @property
-    def color(self):
+    def color(self) -> RGB | None:
         """The later of ``Kd`` and ``#COLOR``, or None."""
-        name = self._later("kd", "extra_color")
-        return name and getattr(self, name)
+        return self.extra_color if self._is_later("extra_color", "kd") else self.kd
 
     @property
-    def specular(self):
+    def specular(self) -> RGB | None:
         """The later of ``Ks`` and ``#SPECULAR``, or None."""
-        name = self._later("ks", "extra_specular")
-        return name and getattr(self, name)
+        return self.extra_specular if self._is_later("extra_specular", "ks") else self.ks
 
     @property
-    def opacity(self):
+    def opacity(self) -> float | None:
         """The later of ``d`` and 1 - ``Tr``, or None."""
-        name = self._later("d", "tr")
-        return name and (self.d if name == "d" else 1 - self.tr)
+        return 1 - self.tr if self.tr is not None and self._is_later("tr", "d") else self.d
 
     @property
-    def diffuse_weight(self):
+    def diffuse_weight(self) -> float | None:
         """Share r of the Lambertian part for these faces, None without ``#REFLECTION``.
 
         r is the last ``#ROUGHNESS``; for the kinds 0 and 1 one that precedes ``#REFLECTION`` is
@@ -145,18 +146,18 @@ class Material:
         return 1.0 if self.reflection == 0 else 0.0
 
 
-class Materials(dict):
+class Materials(dict[str, Material]):
     """Materials of a file by lower-case name; the last of several equal names counts.
 
     Attributes:
         notes: (line, text) of what was ignored or read otherwise than written.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
-        self.notes = []
+        self.notes: list[tuple[int, str]] = []
 
-    def named(self, name):
+    def named(self, name: str) -> Material | None:
         """The material of a name as written after ``usemtl``, or None.
 
         What looks like a comment may be a part of the name, here and after ``newmtl``: the whole
@@ -168,7 +169,7 @@ class Materials(dict):
         return None
 
 
-def read_mtl(path):
+def read_mtl(path: str | Path) -> Materials:
     """Read an MTL file.
 
     Args:
@@ -184,7 +185,7 @@ def read_mtl(path):
     return _Reader(path).read(_read_text(path))
 
 
-def _read_text(path):
+def _read_text(path: str | Path) -> str:
     try:
         if not Path(path).is_file():
             what = "is not a regular file" if Path(path).exists() else "does not exist"
@@ -231,16 +232,16 @@ _MAP_OPTIONS = {
 }
 
 
-def _indent(line):
+def _indent(line: str) -> int:
     return len(line) - len(line.lstrip())
 
 
 class _Reader:
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         self.path = path
         self.found = Materials()
-        self.material = None
-        self.unknown = set()
+        self.material: Material | None = None
+        self.unknown: set[str] = set()
         self.number = 0
 
     def read(self, text):
@@ -262,7 +263,7 @@ class _Reader:
         elif self.material is None:
             self.note(f"{key!r} before the first newmtl is ignored")
         elif key.startswith("map_kd"):
-            self.store("map_kd", self.texture(line, rest))
+            self.store("map_kd", self.texture(line, rest, ("-s", "-o", "-mm", "-clamp")))
         elif key in ("map_bump", "bump"):
             self.store("map_bump", self.texture(line, rest))
         elif key in _COLORS:
@@ -332,13 +333,15 @@ class _Reader:
             raise self.error(_indent(line), "#REFLECTION takes 0 to 8")
         self.store(_INTEGERS[key], int(value))
 
-    def texture(self, line, rest):
+    def texture(self, line: str, rest: str, used: tuple[str, ...] = ()) -> TextureMap:
+        """A picture with the options that are of use; others are noted."""
         words = [(m.start(), m.group()) for m in re.finditer(r"\S+", rest)]
         shift = line.index(rest)
-        given, at = {}, 0
-        while at < len(words) and words[at][1] in _MAP_OPTIONS:
-            option, at = words[at][1], at + 1
-            values = []
+        given: dict[str, list[tuple[int, str]]] = {}
+        at = 0
+        while at < len(words) and words[at][1].lower() in _MAP_OPTIONS:
+            option, at = words[at][1].lower(), at + 1
+            values: list[tuple[int, str]] = []
             while at < len(words) - 1 and len(values) < _MAP_OPTIONS[option]:
                 if values and not _NUMBER.fullmatch(words[at][1]):
                     break
@@ -347,25 +350,32 @@ class _Reader:
             given[option] = values
         if at == len(words):
             raise self.error(_indent(line), "no file name")
-        return TextureMap(rest[words[at][0] :], **self.options(given))
+        return TextureMap(rest[words[at][0] :], **self.options(given, used))
 
-    def options(self, given):
-        result = {}
+    def options(
+        self, given: dict[str, list[tuple[int, str]]], used: tuple[str, ...]
+    ) -> dict[str, Any]:
+        """What options mean to `TextureMap`."""
+        result: dict[str, Any] = {}
         for option, values in given.items():
-            if option in ("-s", "-o"):
+            words = [word for _, word in values]
+            if option not in used:
+                self.note(f"option {option!r} is ignored")
+            elif option in ("-s", "-o"):
                 default = 1.0 if option == "-s" else 0.0
                 numbers = [self.parse(*value) for value in values]
                 numbers += [default] * (3 - len(numbers))
                 result["scale" if option == "-s" else "offset"] = tuple(numbers)
             elif option == "-mm" and len(values) == 2:
                 result["base"], result["gain"] = (self.parse(*value) for value in values)
-            elif option == "-clamp" and values:
-                result["clamp"] = values[0][1] == "on"
+            elif option == "-clamp" and words and words[0].lower() in ("on", "off"):
+                result["clamp"] = words[0].lower() == "on"
             else:
-                self.note(f"option {option!r} is ignored")
+                text = " ".join([option, *words])
+                self.note(f"option {text!r} is ignored")
         return result
 
-    def numbers(self, line, count):
+    def numbers(self, line: str, count: int) -> list[float]:
         """The first numbers after the keyword; anything after them is noted."""
         words = [(m.start(), m.group()) for m in re.finditer(r"\S+", line)]
         if len(words) <= count:
@@ -375,17 +385,18 @@ class _Reader:
             self.note(f"{' '.join(w for _, w in words[count + 1 :])!r} is ignored")
         return [self.parse(*word) for word in words[1 : count + 1]]
 
-    def parse(self, offset, word):
+    def parse(self, offset: int, word: str) -> float:
         if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
             raise self.error(offset, f"{word!r} is not a finite number")
         return float(word)
 
-    def note(self, text):
+    def note(self, text: str) -> None:
         self.found.notes.append((self.number, text))
 
-    def store(self, attribute, value):
+    def store(self, attribute: str, value: Any) -> None:
+        assert self.material is not None
         setattr(self.material, attribute, value)
         self.material.lines[attribute] = self.number
 
-    def error(self, offset, message):
+    def error(self, offset: int, message: str) -> MtlError:
         return MtlError(self.path, self.number, offset + 1, message)

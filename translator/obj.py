@@ -10,23 +10,21 @@ Coordinates are those of the file: v of a texture coordinate grows upwards, wher
 by default hands on 1 - v.
 """
 
+from __future__ import annotations
+
 import bisect
 import re
+from pathlib import Path
 
 import numpy as np
 
 from .obj_faces import CornerTables, triangulated
-from .obj_model import (
-    Group,
-    MeshError,
-    ObjFile,
-    keep_freed_memory,
-    open_mesh,
-)
+from .obj_model import Group, MeshError, ObjFile, keep_freed_memory, open_mesh
 from .obj_text import (
     BLANK,
     MAX_DIGITS,
     MalformedError,
+    Table,
     column,
     corners,
     decimals,
@@ -38,6 +36,8 @@ from .obj_text import (
 )
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NO_NUMBER = re.compile(rb"[+-]?(nan(\(\w*\))?|inf(inity)?)", re.IGNORECASE)
+_MICROSOFT = re.compile(rb"1\.#(IND|QNAN|SNAN|INF)\w*")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
 _INDENT = re.compile(rb"[ \t]*")
 _INDENTS = re.compile(rb"^[ \t]+", re.MULTILINE)
@@ -48,15 +48,21 @@ _V, _VT, _VN, _F, _USEMTL, _MTLLIB, _OTHER = range(7)
 _KEYWORDS = (b"v", b"vt", b"vn")
 _ATTRIBUTES = ("vertex", "texture coordinate", "normal")
 _FEWEST = {_V: 3, _VT: 1, _VN: 3}
+_REPAIRS = (
+    "vertices with a colour that is no finite number: it is 1",
+    "texture coordinates that are no finite numbers: they are 0",
+    "normals that are no finite numbers count as none",
+)
 _LARGEST = float(np.finfo(np.float32).max)
 
 
-def read_obj(path):
+def read_obj(path: str | Path) -> ObjFile:
     """Read an OBJ file.
 
     Faces may have any number of corners of the forms a, a/b, a//c and a/b/c with positive or
     negative indices. Vertex colours count if the last ``v`` line has at least six numbers.
-    ``usemtl`` names that differ only in case are one material.
+    ``usemtl`` names that differ only in case are one material. Normals and texture coordinates that
+    are no numbers (``nan``) count as none and as 0.
 
     Args:
         path: OBJ file.
@@ -76,19 +82,21 @@ def read_obj(path):
 class _Reader:
     """One reading of one file: `data` is its text with all line ends as line feeds."""
 
-    def __init__(self, path, data):
+    def __init__(self, path: str | Path, data: bytes) -> None:
         self.path = path
-        self.notes = []
+        self.notes: list[tuple[int, str]] = []
         if b"\0" in data:
             line = data.count(b"\n", 0, data.index(b"\0")) + 1
             raise MeshError(path, line, None, "binary data: this is no OBJ text file")
         data = data.removeprefix(b"\xef\xbb\xbf") + b"\n"
+        if b".#" in data:  # not the beginning of a comment
+            data = _MICROSOFT.sub(lambda found: b"nan".ljust(len(found[0])), data)
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         self.data, self.joints = join_lines(data)
         self.starts, self.kinds = self.classify()
 
-    def read(self):
+    def read(self) -> ObjFile:
         v, vt, vn = (self.numbers(kind) for kind in (_V, _VT, _VN))
         positions, colors = self.vertices(*v)
         uv = texture_coordinates(vt)
@@ -144,7 +152,7 @@ class _Reader:
         words = self.line(index).split(None, 1)
         return decode(words[1].strip()) if len(words) > 1 else ""
 
-    def place(self, offset):
+    def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset in the file as it was."""
         index = int(np.searchsorted(self.starts, offset, side="right")) - 1
         joints = bisect.bisect_left(self.joints, offset)
@@ -153,8 +161,9 @@ class _Reader:
             start = max(start, self.joints[joints - 1])
         return index + joints + 1, int(offset - start)
 
-    def error(self, offset, message):
-        return MeshError(self.path, *self.place(offset), message)
+    def error(self, offset: int, message: str) -> MeshError:
+        line, column = self.place(offset)
+        return MeshError(self.path, line, column, message)
 
     def lines_of(self, kind):
         """Line indices of a kind, and their text, comments and keywords blanked."""
@@ -185,7 +194,7 @@ class _Reader:
         try:
             values, counts = parse_lines(text, _KEYWORDS[kind], decimals)
         except MalformedError as error:
-            usable = self.with_white(lines) if kind == _V else None
+            usable = self.repaired(kind, lines)
             if usable is None:
                 raise self.bad_number(lines) from error
             values, counts = parse_lines(usable, _KEYWORDS[kind], decimals)
@@ -203,19 +212,23 @@ class _Reader:
                     return self.error(offset, f"{decode(token)!r} is not a finite number")
         raise AssertionError("every token is a number")
 
-    def with_white(self, lines):
-        """The text of the vertex lines with 1 for colours that are no numbers; None if others are
-        not."""
+    def repaired(self, kind, lines):
+        """The text of the lines of a kind with numbers in place of what is none and may be missing;
+        None where others are no numbers."""
         texts, wrong = [], []
         for line in lines:
             words = [token for _, token in self.tokens(line)]
             bad = [k for k, word in enumerate(words) if not _is_finite(word)]
-            if bad and (bad[0] < 3 or len(words) < 6):
-                return None
             if bad:
+                if not _may_be_missing(kind, words, bad):
+                    return None
                 wrong.append(line)
-            texts.append(b" ".join([b"v", *(b"1" if k in bad else w for k, w in enumerate(words))]))
-        self.note_faces(np.array(wrong), "vertices with a colour that is no finite number: it is 1")
+                if kind == _VN:
+                    bad = range(len(words))
+                filled = b"1" if kind == _V else b"0"
+                words = [filled if k in bad else word for k, word in enumerate(words)]
+            texts.append(b" ".join([_KEYWORDS[kind], *words]))
+        self.note_faces(np.array(wrong), _REPAIRS[kind])
         return b"\n".join([*texts, b""])
 
     def vertices(self, values, counts):
@@ -263,7 +276,7 @@ class _Reader:
             index = found[:, k]
             if k and not size and index.any():
                 text = f"faces whose corners name a {_ATTRIBUTES[k]}, of which the file has none"
-                self.note_faces(lines[:1], text, len(lines))
+                self.note_faces(np.repeat(lines, counts)[index != 0], text)
                 index[:] = 0
             negative = index < 0
             if negative.any():
@@ -292,13 +305,13 @@ class _Reader:
         offset, token = self.tokens(lines[face])[corner - (np.cumsum(counts) - counts)[face]]
         return self.error(offset, f"{decode(token)!r} names no {what}: there are {size}")
 
-    def note_faces(self, lines, text, count=None):
+    def note_faces(self, lines, text):
         """Note, at the first of some lines, how many there are."""
         line = self.place(self.starts[lines.min()])[0]
-        self.notes.append((line, f"{count or len(np.unique(lines))} {text}"))
+        self.notes.append((line, f"{len(np.unique(lines))} {text}"))
 
     def note_other_lines(self):
-        seen = {}
+        seen: dict[bytes, int] = {}
         for line in np.flatnonzero(self.kinds == _OTHER).tolist():
             word = (self.line(line).split(None, 1) or [b""])[0]
             if word not in _IGNORED and not word.startswith(b"#"):
@@ -339,13 +352,12 @@ class _Reader:
             line=line,
             vertices=positions[source],
             faces=faces.reshape(-1, 3).astype(np.int32),
-
             colors=None if colors is None else colors[source],
             source=source,
         )
 
 
-def texture_coordinates(table):
+def texture_coordinates(table: Table) -> np.ndarray:
     """(u, v) of all ``vt`` lines, float64 (N, 2); v is 0 where a line has one number."""
     values, counts = table
     uv = np.zeros((len(counts), 2))
@@ -356,5 +368,18 @@ def texture_coordinates(table):
     return uv
 
 
-def _is_finite(token):
+def _may_be_missing(kind: int, words: list[bytes], bad: list[int]) -> bool:
+    """Whether the words that are no finite numbers belong to a colour, or are ``nan`` and the like.
+
+    Args:
+        kind: of the line.
+        words: all its values.
+        bad: which of them are no finite numbers.
+    """
+    if kind == _V:
+        return bad[0] >= 3 and len(words) >= 6
+    return all(_NUMBER.fullmatch(words[k]) or _NO_NUMBER.fullmatch(words[k]) for k in bad)
+
+
+def _is_finite(token: bytes) -> bool:
     return bool(_NUMBER.fullmatch(token)) and bool(np.isfinite(float(token)))

@@ -1,11 +1,15 @@
 """Faces of an OBJ file: polygons into triangles, and corners that lack an attribute."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .obj_model import vertex_normals
 
 
-def triangulated(corners, counts, positions):
+def triangulated(
+    corners: np.ndarray, counts: np.ndarray, positions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Triangles of polygons of any shape.
 
     A polygon is a fan about its first corner, unless some triangle of the fan would be turned
@@ -37,7 +41,7 @@ def triangulated(corners, counts, positions):
     return corners[np.concatenate(places)[order]], owner[order], folded
 
 
-def _fan(counts):
+def _fan(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Places of the corners of fans, (T, 3), and the face of each triangle."""
     first = np.cumsum(counts) - counts
     owner = np.repeat(np.arange(len(counts)), counts - 2)
@@ -46,7 +50,13 @@ def _fan(counts):
     return np.stack([base, base + step + 1, base + step + 2], axis=1), owner
 
 
-def _folded(vertex, counts, place, owner, positions):
+def _folded(
+    vertex: np.ndarray,
+    counts: np.ndarray,
+    place: np.ndarray,
+    owner: np.ndarray,
+    positions: np.ndarray,
+) -> np.ndarray:
     """Faces whose fan has a triangle that is turned against the whole."""
     polygon = counts[owner] > 3
     if not polygon.any():
@@ -62,7 +72,7 @@ def _folded(vertex, counts, place, owner, positions):
     return np.unique(owner[along < -1e-12 * square])
 
 
-def _ears(points):
+def _ears(points: np.ndarray) -> np.ndarray:
     """Triangles (T, 3) of one polygon (N, 3), flattened along its normal; its fan where it has no
     area.
 
@@ -99,7 +109,11 @@ class CornerTables:
         normals: the unit normals, and, once a corner needs one, those of the vertices.
     """
 
-    def __init__(self, positions, uv, normals, triangles):
+    def __init__(
+        self, positions: np.ndarray, uv: np.ndarray, normals: np.ndarray, triangles: np.ndarray
+    ) -> None:
+        largest = np.abs(normals).max(axis=1, initial=0)
+        normals = normals / np.where(largest > 0, largest, 1)[:, None]  # squares may overflow
         length = np.linalg.norm(normals, axis=1)
         self._origin, self._given = len(uv), len(normals)
         self._usable = np.append(length > 0, False)
@@ -107,7 +121,7 @@ class CornerTables:
         self.uv = np.concatenate((uv, np.zeros((1, 2))))
         self.normals = normals / np.where(length > 0, length, 1)[:, None]
 
-    def complete_uv(self, triangles):
+    def complete_uv(self, triangles: np.ndarray) -> np.ndarray:
         """Let a triangle with a corner that names no texture coordinate name (0, 0) thrice.
 
         Args:
@@ -123,7 +137,7 @@ class CornerTables:
         triangles[lacks, :, 1] = self._origin
         return np.flatnonzero(lacks)
 
-    def complete_normals(self, triangles):
+    def complete_normals(self, triangles: np.ndarray) -> np.ndarray:
         """Let a corner that names no normal, or one of length 0, name that of its vertex.
 
         Args:

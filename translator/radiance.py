@@ -4,6 +4,8 @@ Ward, "Real Pixels", Graphics Gems II (1991). Values are mantissa * 2^(exponent 
 and other header variables do not change them.
 """
 
+from __future__ import annotations
+
 import re
 
 import numpy as np
@@ -14,7 +16,7 @@ _ONE = np.float32(1)
 _LONGEST_RUN = 1 << 26
 
 
-def read_header(data):
+def read_header(data: bytes) -> tuple[int, int, tuple[str, str], int]:
     """Width, height, how to turn the stored rows, and where the pixels begin.
 
     Args:
@@ -37,7 +39,7 @@ def read_header(data):
     return sizes[b"X"], sizes[b"Y"], (first.decode(), second.decode()), found.end()
 
 
-def read_pixels(data):
+def read_pixels(data: bytes) -> np.ndarray:
     """Linear RGB, float32 (H, W, 3), top row first.
 
     Args:
@@ -59,7 +61,7 @@ def read_pixels(data):
     return rgbe[..., :3] * np.ldexp(_ONE, exponents - 136) * (exponents > 0)
 
 
-def _scanlines(data, at, count, length):
+def _scanlines(data: bytes, at: int, count: int, length: int) -> np.ndarray:
     """RGBE bytes, uint8 (count, length, 4); each row is coded in its own way."""
     out = np.empty((count, length, 4), np.uint8)
     mark = b"\2\2" + length.to_bytes(4, "big")[2:]
@@ -81,7 +83,7 @@ def _scanlines(data, at, count, length):
     return out
 
 
-def _new_runs(data, at, line, end):
+def _new_runs(data: bytes, at: int, line: bytearray, end: int) -> int:
     """Append one channel of a scanline, up to `end` bytes in all; returns the next offset."""
     while len(line) < end:
         if at + 1 >= len(data):
@@ -100,7 +102,7 @@ def _new_runs(data, at, line, end):
     return at
 
 
-def _old_runs(data, at, need, before):
+def _old_runs(data: bytes, at: int, need: int, before: np.ndarray) -> tuple[np.ndarray, int]:
     """At least `need` pixels of flat data, in which (1, 1, 1, n) repeats the one before n times.
 
     The n of k such marks in a row are the bytes of one number, lowest first.

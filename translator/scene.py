@@ -21,6 +21,7 @@ from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS, note
 from relume.translator.document import Document
+from relume.translator.file_problems import picture_problem
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances, plain_reflectances
 from relume.translator.meshes import Meshes
@@ -173,12 +174,11 @@ class _Objects:
                 line = block.lines.line() + 1
                 problems += [Problem(line, 1, text, "asset") for text in error.described()]
             except ImageError as error:
-                problems.append(Problem(block.lines.line("texture"), 1, str(error), "asset"))
+                problems.append(picture_problem(block, self.find, error))
         try:
             background = environment_maps.background(self.document, self.find)
         except ImageError as error:
-            line = self.document.lines.line("background_texture")
-            problems.append(Problem(line, 1, str(error), "asset"))
+            problems.append(picture_problem(self.document, self.find, error))
         if problems:
             raise SceneError(self.document.path, problems)
         for name, entry in entries.items():

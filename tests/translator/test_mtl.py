@@ -117,6 +117,23 @@ def test_map_options(tmp_path):
     assert found.notes == [(3, "option '-bm' is ignored")]
 
 
+def test_options_in_any_case_and_odd_ones(tmp_path):
+    """Proves: options are told in any case; what cannot be followed is noted, for bumps all."""
+    text = "newmtl a\nmap_Kd -S 2 -CLAMP ON a.bmp\nnewmtl b\nmap_Kd -clamp maybe -mm 1 a.bmp\n"
+    text += "newmtl c\nmap_Kd -o 1 2 -clamp off a.bmp\nbump -s 2 2 -clamp on b.bmp\n"
+    found = _read(tmp_path, text)
+    assert found["a"].map_kd == TextureMap("a.bmp", (2, 1, 1), clamp=True)
+    assert found["b"].map_kd == TextureMap("a.bmp")
+    assert found["c"].map_kd == TextureMap("a.bmp", offset=(1, 2, 0))
+    assert found["c"].map_bump == TextureMap("b.bmp")
+    assert found.notes == [
+        (4, "option '-clamp maybe' is ignored"),
+        (4, "option '-mm 1' is ignored"),
+        (7, "option '-s' is ignored"),
+        (7, "option '-clamp' is ignored"),
+    ]
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp932"])
 def test_encodings_and_line_ends(tmp_path, encoding):
     """Proves: names in UTF-8 (with or without BOM) and cp932, with CRLF and leading blanks."""

@@ -292,6 +292,30 @@ def test_harmless_mistakes_are_noted(tmp_path, text, note):
     assert note is None or note in found.notes
 
 
+@pytest.mark.parametrize("word", ["nan", "-NaN", "-nan(ind)", "inf", "-1.#IND", "1.#QNAN", "1e999"])
+def test_normals_and_texture_coordinates_that_are_no_numbers(tmp_path, word):
+    """Proves: such a normal counts as none, such a coordinate as 0, others stay; notes say so."""
+    text = f"vn 0 0.6 0.8\nvn 0 {word} 1\nvt 0.5 {word}\nvt 0.25 1\nf 1/1/1 2/2/2 3/2/1\n"
+    found = read_obj(_write(tmp_path, SQUARE + text))
+    group = found.groups[0]
+    corners = group.faces[0]
+    np.testing.assert_allclose(group.normals[corners], [[0, 0.6, 0.8], [0, 0, 1], [0, 0.6, 0.8]])
+    assert group.uv[corners].tolist() == [[0.5, 0], [0.25, 1], [0.25, 1]]
+    assert found.notes[:2] == [
+        (6, "1 normals that are no finite numbers count as none"),
+        (7, "1 texture coordinates that are no finite numbers: they are 0"),
+    ]
+    with pytest.raises(MeshError, match=r":5:5: .* is not a finite number"):
+        read_obj(_write(tmp_path, f"{SQUARE}v 0 {word} 0\nf 1 2 3\n"))
+
+
+@pytest.mark.parametrize("length", ["1e200", "1e-200"])
+def test_normals_of_extreme_length(tmp_path, length):
+    """Proves: their squares neither overflow nor vanish."""
+    group = _group(tmp_path, SQUARE + f"vn 0 {length} {length}\nf 1//1 2//1 3//1\n")
+    np.testing.assert_allclose(group.normals, [[0, 0.5**0.5, 0.5**0.5]] * 3)
+
+
 def test_colour_that_is_no_number(tmp_path):
     """Proves: it counts as 1, the other channels as they are."""
     vertices = SQUARE.replace("v 0 1 0", "v 0 1 0 inf 0.25 -nan")

@@ -15,15 +15,14 @@ RAMP = [(i, i, i) for i in range(256)]
 COLORS = [(i, 255 - i, i * 7 % 256) for i in range(256)]
 
 
-def bmp(width, height, bits, pixels, palette=(), compression=0, gap=0):
-    """A bitmap with a palette; `gap` bytes lie between the palette and the pixels."""
+def bmp(width, height, bits, pixels, palette=(), compression=0, gap=0, size=40, offset=None):
+    """A bitmap with a palette and a header of `size` bytes; `gap` bytes lie before the pixels."""
     entries = b"".join(bytes((b, g, r, 0)) for r, g, b in palette)
-    offset = 54 + len(entries) + gap
-    sizes = struct.pack("<IHHI", offset + len(pixels), 0, 0, offset)
-    info = struct.pack(
-        "<IiiHHIIiiII", 40, width, height, 1, bits, compression, len(pixels), 0, 0, len(palette), 0
-    )
-    return b"BM" + sizes + info + entries + bytes(gap) + pixels
+    behind = 14 + size + len(entries) + gap
+    sizes = struct.pack("<IHHI", behind + len(pixels), 0, 0, behind if offset is None else offset)
+    used = len(pixels), 0, 0, len(palette), 0
+    info = struct.pack("<IiiHHIIiiII", size, width, height, 1, bits, compression, *used)
+    return b"BM" + sizes + info.ljust(size, b"\0")[:size] + entries + bytes(gap) + pixels
 
 
 def os2(width, height, bits, pixels, palette):
@@ -96,6 +95,31 @@ PICTURES = {
     "RLE8, black and white": (
         bmp(4, 1, 8, bytes([2, 0, 2, 1, 0, 1]), BLACK_WHITE, 1), [0, 0, 255, 255], None,
     ),
+    "RLE8, a step aside": (
+        bmp(4, 1, 8, bytes([1, 5, 0, 2, 2, 0, 1, 6, 0, 1]), COLORS, 1),
+        [COLORS[i] for i in (5, 0, 0, 6)], None,
+    ),
+    "RLE8, rows from the top": (
+        bmp(2, -2, 8, bytes([2, 5, 0, 0, 2, 6, 0, 1]), COLORS, 1),
+        [COLORS[i] for i in (5, 5, 6, 6)], None,
+    ),
+    **{
+        f"header of {size} bytes": (bmp(4, 1, 8, ROW, [A, B], size=size), [A, B, A, B], None)
+        for size in (52, 56, 64, 108, 124)
+    },
+    "header of 16 bytes": (bmp(2, 1, 24, bgr(A, B) + b"\0\0", size=16), [A, B], None),
+    "24 bits, a palette beside": (bmp(2, 1, 24, bgr(A, B) + b"\0\0", COLORS[:3]), [A, B], None),
+    "24 bits, rows from the top": (
+        bmp(1, -2, 24, bgr(A) + b"\0" + bgr(B) + b"\0"), [A, B], None,
+    ),
+    "2 bits": (bmp(4, 1, 2, bytes([0x1B, 0, 0, 0]), COLORS[:4]), COLORS[:4], None),
+    "1 bit, rows from the top": (
+        bmp(2, -2, 1, bytes([0x40, 0, 0, 0, 0x80, 0, 0, 0]), [A, B]), [A, B, B, A], None,
+    ),
+    "palette of 300": (bmp(4, 1, 8, ROW, [A, B] + [(9, 9, 9)] * 298), [A, B, A, B], None),
+    "palette too short": (bmp(4, 1, 8, bytes([0, 1, 2, 255]), [A, B]), [A, B, 0, 0], None),
+    "OS/2, palette too short": (os2(4, 1, 8, bytes([0, 1, 2, 255]), [A, B]), [A, B, 0, 0], None),
+    "offset 0": (bmp(2, 1, 24, bgr(A, B) + b"\0\0", offset=0), [A, B], None),
     "1-bit grey, tRNS": (png(2, 1, 0, b"\x40", transparent(1)), [0, 255], [1, 0]),
     "2-bit grey, tRNS": (png(4, 2, 0, b"\x1b", transparent(2)), [0, 85, 170, 255], [1, 1, 0, 1]),
     "4-bit grey, tRNS": (png(2, 4, 0, b"\x1e", transparent(14)), [17, 238], [1, 0]),
@@ -138,8 +162,20 @@ PICTURES = {
     "TGA true colour, a map beside": (
         tga(2, 2, 1, 24, bgr(A, B), bgr((9, 9, 9)), 1, 24), [A, B], None,
     ),
+    "TGA grey, a map beside": (tga(3, 2, 1, 8, b"\7\x63", bgr((9, 9, 9)), 1, 24), [7, 99], None),
+    "TGA with a name and a footer": (
+        b"\4" + tga(2, 2, 1, 24, b"name" + bgr(A, B))[1:] + bytes(8) + b"TRUEVISION-XFILE.\0",
+        [A, B], None,
+    ),
     "TGA from the right": (tga(2, 2, 1, 24, bgr(A, B), flags=0x30), [B, A], None),
     "TGA grey and opacity": (tga(3, 1, 1, 16, bytes([7, 51]), flags=0x28), [7], [0.2]),
+    "PPM of 16 bits": (
+        b"P6\n2 # wide\n1\n65535\n" + RGB16, RGB16_PIXELS, None,
+    ),
+    "PPM up to 1000": (b"P6 1 1 1000\n\0\0\1\xf4\3\xe8", [(0, 127.5, 255)], None),
+    "PGM up to 100": (b"P5 3 1 100 \0\x32\x64", [0, 127.5, 255], None),
+    "PGM in words": (b"P2 2 1 15\n15\n3\n", [255, 51], None),
+    "PBM": (b"P4 4 1\n\x50", [255, 0, 255, 0], None),
     "TGA packed grey": (tga(11, 4, 1, 8, bytes([0x82, 7, 0, 9])), [7, 7, 7, 9], None),
 }
 
@@ -149,7 +185,7 @@ PICTURES = {
 def test_picture(tmp_path, name, ending):
     """Proves: the values are those that the format defines, whatever the file is called."""
     data, pixels, alpha = PICTURES[name]
-    kind = {b"BM": "bmp", b"\x89P": "png"}.get(data[:2], "tga")
+    kind = {b"BM": "bmp", b"\x89P": "png"}.get(data[:2], "ppm" if data[:1] == b"P" else "tga")
     path = tmp_path / f"picture.{ending or kind}"
     path.write_bytes(data)
     image = read_image(path)
@@ -184,10 +220,12 @@ def test_each_radiance_row_has_a_code_of_its_own(tmp_path, rows):
     ("data", "message"),
     [
         (bmp(4, 1, 8, b"\0" * 4, BLACK_WHITE, 4), "bitmaps of compression 4 are not supported"),
-        (bmp(4, 1, 24, b"\0" * 12, (), 1), "runs of 8 bits in a bitmap of 24"),
+        (bmp(4, 1, 24, b"\0" * 12, (), 1), "compression 1 and 24 bits are not"),
         (bmp(4, 2, 8, bytes([4, 1, 0, 0, 0, 0, 1, 1, 0, 1]), COLORS, 1), "a run above the top row"),
         (bmp(8, 1, 8, bytes([3, 5]), COLORS, 1), "incomplete: 0 of 1 rows"),
-        (b"BM" + bytes(30), "header has 0 bytes: expected 12 or 40 to 124"),
+        (b"BM" + bytes(30), "header has 0 bytes: expected 12 or 16 to 124"),
+        (bmp(4, 1, 24, b"\1" * 12, (), 4, size=64), "compression 4 are not supported"),
+        (bmp(4, 1, 7, b"\0" * 4), "bitmaps of 7 bits are not supported"),
         (b"\xff\xd8\xff" + bytes(40), "damaged, or no JPEG"),
         (b"\x89PNG\r\n\x1a\n" + bytes(40), "damaged or not supported"),
         (b"P6\n2 2\n255\n\1", "damaged, or no PPM|incomplete|truncated"),
