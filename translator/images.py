@@ -342,8 +342,10 @@ def _exr(_data: bytes, path: str | Path) -> _Decoded:
     with OpenEXR.File(str(path), separate_channels=True) as file:
         if not file.parts:
             raise ValueError("the pixels are damaged or incomplete")
-        channels = {name: np.float32(channel.pixels) for name, channel in file.channels().items()}
+        found = file.channels().items()
+        channels = {name: np.asarray(channel.pixels, np.float32) for name, channel in found}
     names = ("R", "G", "B") if "R" in channels else ("Y", "Y", "Y")
     if not set(names) <= set(channels):
         raise ValueError(f"no colour among the channels {', '.join(sorted(channels))}")
-    return np.stack([channels[name] for name in names], axis=2), channels.get("A"), True
+    rgb = np.stack([channels[name] for name in names], axis=2)
+    return rgb, channels.get("A"), True

@@ -109,8 +109,9 @@ class _Reader:
         tables = CornerTables(positions, uv, normals, triangles)
         groups = []
         for label, members in split_by_label(labels[owner]):
+            name, line = materials[label]
             share = triangles[members], lines[owner[members]]
-            groups.append(self.group(*share, *materials[label], tables, positions, colors))
+            groups.append(self.group(*share, name, line, tables, positions, colors))
         self.note_other_lines()
         mtllib = [
             (self.place(self.starts[i])[0], name)
@@ -128,7 +129,9 @@ class _Reader:
         starts = np.concatenate(([0], ends[:-1] + 1))
         indented = np.flatnonzero((text[starts] == 32) | (text[starts] == 9))
         for line in indented:
-            starts[line] = _INDENT.match(self.data, starts[line]).end()
+            indent = _INDENT.match(self.data, starts[line])
+            assert indent is not None  # it may be empty
+            starts[line] = indent.end()
         self.ends = ends
         self.indented = len(indented) > 0
         padded = np.concatenate((text, np.full(2, 10, np.uint8)))
@@ -223,10 +226,10 @@ class _Reader:
                 if not _may_be_missing(kind, words, bad):
                     return None
                 wrong.append(line)
-                if kind == _VN:
-                    bad = range(len(words))
                 filled = b"1" if kind == _V else b"0"
-                words = [filled if k in bad else word for k, word in enumerate(words)]
+                words = [
+                    filled if k in bad or kind == _VN else word for k, word in enumerate(words)
+                ]
             texts.append(b" ".join([_KEYWORDS[kind], *words]))
         self.note_faces(np.array(wrong), _REPAIRS[kind])
         return b"\n".join([*texts, b""])
@@ -325,7 +328,9 @@ class _Reader:
     def materials(self, faces):
         """[(name, line)] and the material of each face, given its line, as an index into it."""
         switches = np.flatnonzero(self.kinds == _USEMTL)
-        materials, known, labels = [(None, None)], {}, [0]
+        materials: list[tuple[str | None, int | None]] = [(None, None)]
+        known: dict[str, int] = {}
+        labels = [0]
         for switch in switches:
             name = self.rest(switch)
             if name.casefold() not in known:

@@ -6,7 +6,11 @@ scan takes less than half the plugin's own time: a block of bytes is reduced to 
 and in a run of faces the delimiters of every line must repeat those of the first.
 """
 
+from __future__ import annotations
+
 from itertools import pairwise
+from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -19,7 +23,7 @@ _DIGITS = 38
 """A number with more digits before the point, or such an exponent, may leave single precision."""
 
 
-def _blank(characters):
+def _blank(characters: np.ndarray) -> np.ndarray:
     return (characters == 32) | (characters == 10) | (characters == 9)
 
 
@@ -37,14 +41,19 @@ class PlainScan:
     MAX_RUNS = 20000
     LONGEST_LINE = 4096
 
-    def __init__(self):
-        self.form = None
+    def __init__(self) -> None:
+        self.form = ""  # see `_FORMS`; of no faces so far
         self.counts = {"v": 0, "t": 0, "n": 0}
         self.last_vertex = b""
-        self.repeated_form = None
+        self.repeated_form = b""
         self.runs = 0
 
-    def read(self, file):
+    def read(self, file: BinaryIO) -> None:
+        """Scan a file.
+
+        Raises:
+            NotPlainError: the stock plugin would get something wrong.
+        """
         rest = b""
         while chunk := file.read(self.BLOCK):
             chunk = rest + chunk
@@ -57,12 +66,13 @@ class PlainScan:
         self.block(rest + b"\n")
         if len(self.last_vertex.split()) >= 7:
             raise NotPlainError("vertex colours")
-        if self.form is None:
+        if not self.form:
             raise NotPlainError("no faces")
         if any(self.counts[name] for name in "tn" if name not in self.form):
             raise NotPlainError("texture coordinates or normals that no face uses")
 
-    def block(self, chunk):
+    def block(self, chunk: bytes) -> None:
+        """Check whole lines."""
         if b"\r" in chunk:
             chunk = chunk.replace(b"\r\n", b"\n")
         text = np.frombuffer(chunk, np.uint8)
@@ -88,7 +98,7 @@ class PlainScan:
             check = self.faces if keyword == "f" else self.numbers
             check(text[low:high], delimiters[run] - low, kinds[run], starts[a:b] - low)
 
-    def repeated(self, text, delimiters, kinds):
+    def repeated(self, text: np.ndarray, delimiters: np.ndarray, kinds: np.ndarray) -> bool:
         """Check a block of faces that all look like the first; False if it is no such block."""
         line = int(np.argmax(kinds == 10)) + 1
         gaps = np.diff(delimiters)
@@ -114,7 +124,10 @@ class PlainScan:
             self.known(text, lines[:, token], lines[:, token + 1], name)
         return True
 
-    def faces(self, text, delimiters, kinds, starts):
+    def faces(
+        self, text: np.ndarray, delimiters: np.ndarray, kinds: np.ndarray, starts: np.ndarray
+    ) -> None:
+        """Check a run of ``f`` lines, which begin at `starts`."""
         gaps = np.diff(delimiters)
         self.indices(text, gaps, starts)
         self.corners(gaps, kinds)
@@ -124,7 +137,8 @@ class PlainScan:
             self.known(text, delimiters[column], delimiters[column + 1], name)
 
     @staticmethod
-    def indices(text, gaps, starts):
+    def indices(text: np.ndarray, gaps: np.ndarray, starts: np.ndarray) -> None:
+        """Check that faces hold nothing but indices."""
         if np.count_nonzero(text > 57) != len(starts) or not _blank(text[starts + 1]).all():
             raise NotPlainError("faces with other characters than digits and slashes")
         if ((text[:-1] < 48) & (text[1:] == 48)).any():
@@ -132,7 +146,7 @@ class PlainScan:
         if gaps.max(initial=0) > 10:
             raise NotPlainError("indices above a thousand million")
 
-    def known(self, text, begin, end, name):
+    def known(self, text: np.ndarray, begin: np.ndarray, end: np.ndarray, name: str) -> None:
         """Check that indices name lines above these faces.
 
         Numbers of fewer digits than the largest index are below it; of as many digits, those whose
@@ -160,7 +174,7 @@ class PlainScan:
             if not len(rest):
                 return
 
-    def corners(self, gaps, kinds):
+    def corners(self, gaps: np.ndarray, kinds: np.ndarray) -> None:
         """Check the delimiters of whole ``f`` lines: equal forms, three corners."""
         if not (_blank(kinds) | (kinds == 47)).all():
             raise NotPlainError("indices with a sign")
@@ -179,11 +193,14 @@ class PlainScan:
         if count.min() < 3 or count.max() > 3:
             raise NotPlainError("faces that are no triangles")
         form = _FORMS.get(int(forms[0]))
-        if form is None or (forms != forms[0]).any() or self.form not in (None, form):
+        if form is None or (forms != forms[0]).any() or self.form not in ("", form):
             raise NotPlainError("corners that name different attributes")
         self.form = form
 
-    def numbers(self, text, delimiters, kinds, starts):
+    def numbers(
+        self, text: np.ndarray, delimiters: np.ndarray, kinds: np.ndarray, starts: np.ndarray
+    ) -> None:
+        """Check a run of ``v``, ``vt`` and ``vn`` lines, which begin at `starts`."""
         second = text[starts + 1]
         vertex, normal, texture = _blank(second), second == ord("n"), second == ord("t")
         if not (vertex | normal | texture).all():
@@ -209,13 +226,15 @@ class PlainScan:
             self.exponents(text, delimiters, kinds, letters)
 
     @staticmethod
-    def directions(text, starts):
+    def directions(text: np.ndarray, starts: np.ndarray) -> None:
         """Check that each ``vn`` line has a digit that is not 0."""
         digit = (text - np.uint8(ord("1")) < 9).view(np.uint8)
         if not np.maximum.reduceat(digit, starts).all():
             raise NotPlainError("normals of length 0")
 
-    def exponents(self, text, delimiters, kinds, letters):
+    def exponents(
+        self, text: np.ndarray, delimiters: np.ndarray, kinds: np.ndarray, letters: int
+    ) -> None:
         """Check that all letters are the e of a well-formed exponent."""
         e = np.flatnonzero((text | 32) == 101)
         after = np.searchsorted(delimiters, e)
@@ -235,7 +254,7 @@ class PlainScan:
             raise NotPlainError("numbers with exponents above 29")
 
 
-def stock_obstacle(path):
+def stock_obstacle(path: str | Path) -> str:
     """Scan an OBJ file for what Mitsuba's stock plugin ignores, misreads or refuses.
 
     Plain files consist of ``v``, ``vt``, ``vn``, ``f``, comments and grouping lines; their faces
