@@ -77,7 +77,7 @@ class PlainScan:
             chunk = chunk.replace(b"\r\n", b"\n")
         text = np.frombuffer(chunk, np.uint8)
         delimiters = np.flatnonzero(text < 48)
-        kinds = text[delimiters]
+        kinds = text.take(delimiters)
         if text[0] == ord("f") and self.repeated(text, delimiters, kinds):
             return
         ends = np.flatnonzero(kinds == 10)
@@ -112,16 +112,16 @@ class PlainScan:
         starts = np.concatenate(([0], delimiters[line - 1 : -1 : line] + 1))
         if (text[starts] != ord("f")).any():
             return False
-        self.indices(text, gaps, starts)
+        leading = self.indices(text, delimiters, gaps, starts)
         form = kinds[:line].tobytes() + touching[:line].tobytes()
         if form != self.repeated_form:
             self.corners(gaps[: line - 1], kinds[:line])
             self.repeated_form = form
-        lines = delimiters.reshape(-1, line)
-        tokens = np.flatnonzero(~touching[: line - 1])
-        for k, token in enumerate(tokens):
-            name = self.form[k % len(self.form)]
-            self.known(text, lines[:, token], lines[:, token + 1], name)
+        if not self.surely_known(leading, gaps):
+            lines = delimiters.reshape(-1, line)
+            for k, token in enumerate(np.flatnonzero(~touching[: line - 1])):
+                name = self.form[k % len(self.form)]
+                self.known(text, lines[:, token], lines[:, token + 1], name)
         return True
 
     def faces(
@@ -129,22 +129,46 @@ class PlainScan:
     ) -> None:
         """Check a run of ``f`` lines, which begin at `starts`."""
         gaps = np.diff(delimiters)
-        self.indices(text, gaps, starts)
+        leading = self.indices(text, delimiters, gaps, starts)
         self.corners(gaps, kinds)
+        if self.surely_known(leading, gaps):
+            return
         tokens = np.flatnonzero((gaps > 1) & (kinds[:-1] != 10))
         for k, name in enumerate(self.form):
             column = tokens[k :: len(self.form)]
             self.known(text, delimiters[column], delimiters[column + 1], name)
 
     @staticmethod
-    def indices(text: np.ndarray, gaps: np.ndarray, starts: np.ndarray) -> None:
-        """Check that faces hold nothing but indices."""
+    def indices(
+        text: np.ndarray, delimiters: np.ndarray, gaps: np.ndarray, starts: np.ndarray
+    ) -> np.ndarray:
+        """Check that faces hold nothing but indices.
+
+        Returns:
+            The byte behind each delimiter but the last.
+        """
         if np.count_nonzero(text > 57) != len(starts) or not _blank(text[starts + 1]).all():
             raise NotPlainError("faces with other characters than digits and slashes")
-        if ((text[:-1] < 48) & (text[1:] == 48)).any():
+        leading = text[1:].take(delimiters[:-1])
+        if (leading == 48).any():
             raise NotPlainError("indices that begin with 0")
         if gaps.max(initial=0) > 10:
             raise NotPlainError("indices above a thousand million")
+        return leading
+
+    def surely_known(self, leading: np.ndarray, gaps: np.ndarray) -> bool:
+        """Whether lengths and first digits alone tell that indices name lines above these faces.
+
+        Args:
+            leading: first byte behind each delimiter, of an index if the gap is longer than 1.
+            gaps: distances to the next delimiters.
+        """
+        least = str(min(self.counts[name] for name in self.form))
+        longest = int(gaps.max(initial=0)) - 1
+        if longest < len(least):
+            return True
+        top = (leading * (gaps == longest + 1)).max()
+        return longest == len(least) and bool(top < ord(least[0]))
 
     def known(self, text: np.ndarray, begin: np.ndarray, end: np.ndarray, name: str) -> None:
         """Check that indices name lines above these faces.
