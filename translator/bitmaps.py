@@ -109,18 +109,17 @@ def read(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray | None]:
     Raises:
         ValueError: damaged or incomplete.
     """
-    alpha = None
-    if header.compression in (RLE8, RLE4):
-        rgb = _palette(data, header)[_runs(memoryview(data)[header.offset :], header)]
-    elif header.bits <= 8:
-        rgb = _palette(data, header)[_indices(_rows(data, header), header)]
-    elif header.bits == 24:
-        stored = _rows(data, header)[:, : 3 * header.width]
-        rgb = stored.reshape(header.height, -1, 3)[..., ::-1] / np.float32(255)
-    else:
-        rgb, alpha = _bit_fields(data, header)
     step = 1 if header.top_down else -1
-    return rgb[::step], None if alpha is None else alpha[::step]
+    if header.compression in (RLE8, RLE4):
+        indices = _runs(memoryview(data)[header.offset :], header)
+        return _palette(data, header).take(indices[::step], axis=0), None
+    stored = _rows(data, header)[::step]
+    if header.bits <= 8:
+        return _palette(data, header).take(_indices(stored, header), axis=0), None
+    if header.bits == 24:
+        colors = stored[:, : 3 * header.width].reshape(header.height, -1, 3)
+        return colors[..., ::-1] / np.float32(255), None
+    return _bit_fields(data, stored, header)
 
 
 def _rows(data: bytes, header: Header) -> np.ndarray:
@@ -185,14 +184,13 @@ def _runs(code: memoryview, header: Header) -> np.ndarray:
     return out
 
 
-def _bit_fields(data: bytes, header: Header) -> tuple[np.ndarray, np.ndarray | None]:
-    """Colours and opacity of 16 or 32 bits, rows in the order of the file."""
-    kind = np.dtype(f"<u{header.bits // 8}")
-    count = header.stride // kind.itemsize * header.height
-    stored = np.frombuffer(data, kind, count, header.offset)
-    stored = stored.reshape(header.height, -1)[:, : header.width]
+def _bit_fields(
+    data: bytes, rows: np.ndarray, header: Header
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Colours and opacity of 16 or 32 bits."""
+    pixels = rows.view(f"<u{header.bits // 8}")[:, : header.width]
     masks = _masks(data, header)
-    red, green, blue, alpha = (_bit_field(stored, mask) for mask in masks)
+    red, green, blue, alpha = (_bit_field(pixels, mask) for mask in masks)
     opaque = not masks[3] or (header.compression == RGB and not alpha.any())
     return np.stack([red, green, blue], axis=2), None if opaque else alpha
 
@@ -210,7 +208,7 @@ def _masks(data: bytes, header: Header) -> tuple[int, int, int, int]:
     return red, green, blue, alpha if has_alpha else 0
 
 
-def _bit_field(stored: np.ndarray, mask: int) -> np.ndarray:
+def _bit_field(pixels: np.ndarray, mask: int) -> np.ndarray:
     """The bits of a mask as a fraction of their maximum; 0 for an empty mask."""
     shift = (mask & -mask).bit_length() - 1 if mask else 0
-    return ((stored & mask) >> shift).astype(np.float32) / max(mask >> shift, 1)
+    return ((pixels & mask) >> shift).astype(np.float32) / max(mask >> shift, 1)

@@ -123,12 +123,20 @@ def as_texture(image: Image) -> Image:
     """
     if not image.hdr:
         return image
-    encoded = np.maximum(image.rgb, 0) ** np.float32(1 / 2.2)
-    rgb = np.floor(np.clip(encoded * 255 + 0.5, 0, 255)) / np.float32(255)
-    alpha = image.alpha
-    if alpha is not None:
-        alpha = np.floor(np.clip(alpha * 255 + 0.5, 0, 255)) / np.float32(255)
-    return replace(image, rgb=rgb.astype(np.float32), alpha=alpha, hdr=False)
+    encoded = np.maximum(image.rgb, 0)
+    encoded **= np.float32(1 / 2.2)
+    alpha = None if image.alpha is None else _in_bytes(image.alpha.copy())
+    return replace(image, rgb=_in_bytes(encoded), alpha=alpha, hdr=False)
+
+
+def _in_bytes(values: np.ndarray) -> np.ndarray:
+    """Values x, overwritten by floor(255 x + 1/2) / 255, limited to 0 to 1."""
+    values *= 255
+    values += 0.5
+    np.clip(values, 0, 255, out=values)
+    np.floor(values, out=values)
+    values /= np.float32(255)
+    return values
 
 
 def bump_height(image: Image) -> np.ndarray:

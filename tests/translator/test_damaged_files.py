@@ -16,7 +16,7 @@ from relume.translator.obj_model import MeshError
 from relume.translator.obj_scan import stock_obstacle
 
 COUNT = int(os.environ.get("RELUME_DAMAGED", 650))
-LONGEST = 5.0  # seconds of one file on a busy machine
+LONGEST = 8.0  # seconds of one file, such as one of 64 million pixels in 100 bytes
 
 NOISE = np.random.default_rng(0).integers(0, 256, (13, 17, 4), np.uint8)
 HDR = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n"
@@ -111,7 +111,7 @@ def survive(tmp_path, originals, name, readers, refusal):
         warnings.simplefilter("error")
         for k in range(COUNT):
             path.write_bytes(damaged(rng, originals[k % len(originals)]))
-            start = time.perf_counter()
+            start = time.process_time()
             for reader in readers:
                 try:
                     reader(path)
@@ -119,7 +119,7 @@ def survive(tmp_path, originals, name, readers, refusal):
                 except refusal as error:
                     assert str(error).startswith(str(path)), error
                     assert " object at 0x" not in str(error)
-            assert time.perf_counter() - start < LONGEST, f"file {k}"
+            assert time.process_time() - start < LONGEST, f"file {k}"
     assert 0.02 < read / (COUNT * len(readers)) < 0.99  # the damage is neither fatal nor harmless
 
 
