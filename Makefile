@@ -114,5 +114,15 @@ study-metropolis: setup
 	$(BIN)/python studies/metropolis.py '$(CORPUS)'
 	$(BIN)/python studies/metropolis_agreement.py '$(CORPUS)'
 
+# What it prints goes into docs/files.md; readers that are not installed are left out.
+.PHONY: study-files
+study-files: setup
+	$(BIN)/python studies/files.py
+
+# Minutes: 100000 damaged pictures, meshes and material files each.
+.PHONY: study-damaged
+study-damaged: setup
+	RELUME_DAMAGED=100000 $(BIN)/python -m pytest tests/translator/test_damaged_files.py
+
 clean:
 	rm -rf $(VENV) out build *.egg-info
