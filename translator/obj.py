@@ -39,10 +39,11 @@ _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _NO_NUMBER = re.compile(rb"[+-]?(nan(\(\w*\))?|inf(inity)?)", re.IGNORECASE)
 _MICROSOFT = re.compile(rb"1\.#(IND|QNAN|SNAN|INF)\w*")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
+_BLANKED = bytes(c if c in b"\t\n" or c > 31 else 32 for c in range(256))
 _INDENT = re.compile(rb"[ \t]*")
 _INDENTS = re.compile(rb"^[ \t]+", re.MULTILINE)
 _COMMENT = re.compile(rb"#[^\n]*")
-_TOKEN = re.compile(rb"[^\x00-\x20]+")
+_TOKEN = re.compile(rb"[^ \t\n]+")
 _IGNORED = {b"", b"g", b"o", b"s"}
 _V, _VT, _VN, _F, _USEMTL, _MTLLIB, _OTHER = range(7)
 _KEYWORDS = (b"v", b"vt", b"vn")
@@ -80,7 +81,8 @@ def read_obj(path: str | Path) -> ObjFile:
 
 
 class _Reader:
-    """One reading of one file: `data` is its text with all line ends as line feeds."""
+    """One reading of one file: `data` is its text with all line ends as line feeds and all
+    other control characters as blanks."""
 
     def __init__(self, path: str | Path, data: bytes) -> None:
         self.path = path
@@ -93,7 +95,7 @@ class _Reader:
             data = _MICROSOFT.sub(lambda found: b"nan".ljust(len(found[0])), data)
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-        self.data, self.joints = join_lines(data)
+        self.data, self.joints = join_lines(data.translate(_BLANKED))
         self.starts, self.kinds = self.classify()
 
     def read(self) -> ObjFile:

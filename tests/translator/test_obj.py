@@ -392,6 +392,8 @@ def test_smooth_normals_cross_seams(tmp_path):
         (SQUARE + "v 1 2e39 0\nf 1 2 5\n", 5, 1, "a vertex beyond single precision"),
         (SQUARE + "f 1 2 x\n", 5, 7, "'x' is no corner"),
         (SQUARE + "f 1 2\x0b3 9\n", 5, 9, "'9' names no vertex"),
+        (SQUARE + "v 1\x110 x\n", 5, 7, "'x' is not a finite number"),
+        (SQUARE + "v 1 2\x11\nf 1 2 3\n", 5, 1, "vertex with 2 of 3 numbers"),
         (SQUARE + "f 1 2 3.0\n", 5, 7, "'3.0' is no corner"),
         (SQUARE + "f 1 /2 3\n", 5, 5, "'/2' is no corner"),
         (SQUARE + "f 1/1/1/1 2 3\n", 5, 3, "is no corner"),
