@@ -3,11 +3,12 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
-PACKAGES := translator bsdfs emitters integrators phasefunctions sensors
+PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors
 STATE   = { pwd; cat $(PINS); }
 
-.PHONY: setup install demo test lint clean study-materials study-lights study-gallery study-subsurface study-stability \
-        study-charts study-compare study-calibration study-mutations
+.PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
+        study-gallery study-stability study-charts study-compare study-calibration study-mutations \
+        study-media study-references study-convergence study-peer study-scaling study-metropolis
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -33,86 +34,85 @@ demo: setup
 test: lint
 	$(BIN)/python -m pytest
 
+# The site, without a network; tests/docs builds it, too.
+.PHONY: docs
+docs: setup
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo "build/docs/index.html"
+
 # mypy names modules after folders: links put these where they are installed.
 TYPES := build/types
 lint: setup
 	$(BIN)/ruff check .
+	$(BIN)/vulture
 	@rm -rf $(TYPES)/relume && mkdir -p $(TYPES)/relume
 	@ln -s $(addprefix $(CURDIR)/,$(wildcard relume/*) $(PACKAGES)) $(TYPES)/relume
 	cd $(TYPES) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml -p relume
 
+STUDY = $(BIN)/python -m studies
+
 study-materials: setup
-	$(BIN)/python -m pytest -s -m study studies/bsdf_accuracy.py
-	$(BIN)/python studies/bsdf_speed.py
+	$(STUDY) bsdf-accuracy
+	$(STUDY) bsdf-speed
 
 study-lights: setup
-	$(BIN)/python studies/lights.py
+	$(STUDY) lights
 
 study-subsurface: setup
-	$(BIN)/python studies/subsurface.py --figure docs/subsurface/profiles.png
-	$(BIN)/python studies/subsurface_spheres.py
+	$(STUDY) subsurface --figure docs/subsurface/profiles.png
+	$(STUDY) subsurface-spheres
 
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup
-	$(BIN)/python studies/gallery.py '$(CORPUS)' --asset-path '$(ASSETS)'
+	$(STUDY) gallery '$(CORPUS)' --asset-path '$(ASSETS)'
 
 study-stability: setup
 	$(BIN)/relume stability -o docs
 
 # Both as study-gallery. Charts are timed: nothing else should run.
-STUDY_CORPUS = $(BIN)/python studies/corpus.py
-
 study-charts: setup
-	$(STUDY_CORPUS) charts '$(CORPUS)' --asset-path '$(ASSETS)'
+	$(STUDY) corpus charts '$(CORPUS)' --asset-path '$(ASSETS)'
 
 study-compare: setup
-	$(STUDY_CORPUS) compare '$(CORPUS)' --asset-path '$(ASSETS)'
+	$(STUDY) corpus compare '$(CORPUS)' --asset-path '$(ASSETS)'
 
 # Hours: each test by chance is rerun 200 times.
 study-calibration: setup
-	$(BIN)/python studies/false_alarms.py
-	$(BIN)/python studies/false_alarms.py --compare
+	$(STUDY) false-alarms
+	$(STUDY) false-alarms --compare
 
 study-mutations: setup
-	$(BIN)/python studies/error_injection.py
+	$(STUDY) error-injection
 
 # make study-media CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
 # without CORPUS the closed forms and the ends of the ranges
-.PHONY: study-media
 study-media: setup
-	$(BIN)/python studies/media.py $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
+	$(STUDY) media $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
 
 # make study-references SCENE=glass.txt; without SCENE, of all scenes
-.PHONY: study-references
 study-references: setup
-	$(BIN)/python studies/references.py $(SCENE)
+	$(STUDY) references $(SCENE)
 
 # make study-convergence CELLS="glass ibl"; without CELLS, of all materials and lights
-.PHONY: study-convergence
 study-convergence: setup
-	$(BIN)/python studies/convergence.py $(CELLS)
+	$(STUDY) convergence $(CELLS)
 
 # make study-peer REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
-.PHONY: study-peer
 study-peer: setup
-	$(BIN)/python studies/peer.py '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' \
-	    $(PICTURES)
+	$(STUDY) peer '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' $(PICTURES)
 
 # Half an hour; what it prints goes into docs/scaling.md. Nothing else should run.
-.PHONY: study-scaling
-STUDY_SCALING = $(BIN)/python studies/scaling.py
 study-scaling: setup
-	$(STUDY_SCALING) kills
-	$(STUDY_SCALING) throughput
-	$(STUDY_SCALING) units
-	$(STUDY_SCALING) model 0.004 8.7e-8 0.42e6
-	$(STUDY_SCALING) model 0.004 8.7e-8 6.6e6
+	$(STUDY) scaling kills
+	$(STUDY) scaling throughput
+	$(STUDY) scaling units
+	$(STUDY) scaling model 0.004 8.7e-8 0.42e6
+	$(STUDY) scaling model 0.004 8.7e-8 6.6e6
 
 # make study-metropolis CORPUS="folder of scene files"; without it the occluded room is left out
-.PHONY: study-metropolis
 study-metropolis: setup
-	$(BIN)/python studies/metropolis.py '$(CORPUS)'
-	$(BIN)/python studies/metropolis_agreement.py '$(CORPUS)'
+	$(STUDY) metropolis $(if $(CORPUS),'$(CORPUS)')
+	$(STUDY) metropolis-agreement $(if $(CORPUS),'$(CORPUS)')
 
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files

@@ -1,3 +1,8 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from . import phong, schlickglass, shadowcatcher, subsurface, ward  # noqa: F401
+from relume.registration import register_plugins
+
+PLUGINS = ("phong", "schlickglass", "shadowcatcher", "subsurface", "ward")
+"""Ids of the plugins; each has a module of its name."""
+
+register_plugins("bsdf", __name__, PLUGINS)

@@ -1,5 +1,7 @@
 """What the plugins share, above all the BRDF Lambert plus one glossy lobe (`ward`, `phong`)."""
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 
@@ -7,7 +9,7 @@ GRAZING = 1e-9
 """Smallest cosine between a direction and the normal that still counts as above the surface."""
 
 
-def choice(props, name, allowed):
+def choice(props: mi.Properties, name: str, allowed: tuple[str, ...]) -> str:
     """Return the string property `name`, by default the first of `allowed`; ValueError if none."""
     value = props.get(name, allowed[0])
     if value not in allowed:
@@ -15,13 +17,13 @@ def choice(props, name, allowed):
     return value
 
 
-def polar(r, phi):
+def polar(r: mi.Float, phi: mi.Float) -> tuple[mi.Float, mi.Float]:
     """Return the point (r cos phi, r sin phi) as a pair; `phi` in radians."""
     sin_phi, cos_phi = dr.sincos(phi)
     return r * cos_phi, r * sin_phi
 
 
-def diffuse_plus_lobe():
+def diffuse_plus_lobe() -> type[mi.BSDF]:
     """Return the base class of BRDFs f = rho_d/pi + rho_s f_lobe, for the variant in use.
 
     A plugin derives from the class and supplies the lobe for rho_s = 1 by three methods:

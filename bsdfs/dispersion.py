@@ -1,19 +1,25 @@
 """Refractive indices that depend on the wavelength, and the hero wavelength's protocol.
 
-**Hero wavelength.** Past a dispersive refraction the wavelengths that travel together part. Only
-one of them, the hero, can go on along the sampled direction; by the sampling of the wavelengths
-each of the k that travel together (``mi.Spectrum``) is as good as the others, so the hero's share
+**Hero wavelength.** A dispersive refraction sends each of the wavelengths of a path in a direction
+of its own. Only one of them, the hero, can follow the sampled direction; by the sampling of the
+wavelengths each of the k of a path (``mi.Spectrum``) is as good as the others, so the hero's share
 times k is an unbiased estimate of the sum (Wilkie et al., "Hero Wavelength Spectral Sampling",
 2014, without the combination of techniques). The factor k is due once per path, which
 a BSDF, knowing no path, cannot arrange. Therefore:
 
-- An integrator that keeps the account sets `HERO_WAVELENGTH` in ``BSDFContext.type_mask``. The
+- A BSDF that disperses has `HERO_WAVELENGTH` among its flags, and so has any around it.
+- An integrator that keeps track of it sets `HERO_WAVELENGTH` in ``BSDFContext.type_mask``. The
   BSDF then follows wavelength 0, returns 0 for the others, *without* the factor, and sets the same
   bit in ``BSDFSample3f.sampled_type``. The integrator multiplies by k at the first such event.
 - For any other integrator the BSDF draws one of the k wavelengths at random at every dispersive
   refraction and returns k times its share: unbiased as well, yet a path of m refractions survives
   with probability k^(1-m) only, and the noise grows with m.
 """
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +40,7 @@ DEFAULTS = {
 """Number and default values of the coefficients of each formula."""
 
 
-def index_squared(formula, coefficients, wavelength):
+def index_squared(formula: str, coefficients: Sequence[Any], wavelength: Any) -> Any:
     """Return n^2 at `wavelength`; scalars, NumPy and Dr.Jit arrays alike.
 
     Args:
@@ -58,7 +64,7 @@ def index_squared(formula, coefficients, wavelength):
     return 1 + w2 * (a / (w2 - b) + c / (w2 - d) + e / (w2 - f))
 
 
-def parse_coefficients(formula, text):
+def parse_coefficients(formula: str, text: str) -> tuple[float, ...]:
     """Return the coefficients of `formula` as a tuple of floats.
 
     Args:

@@ -1,45 +1,67 @@
-"""Phong's reflection, energy conserving (`phong`)
-==================================================
+r"""Phong's reflection, energy conserving (``phong``)
+=================================================
 
-=========================  =====================  ==============================================
-parameter                  type                   meaning
-=========================  =====================  ==============================================
-``diffuse_reflectance``    spectrum or texture    rho_d, Lambertian part (default 0.5)
-``specular_reflectance``   spectrum or texture    rho_s, weight of the lobe (default 0.2)
-``exponent``               float or texture       n, 0 or more; below 0 it acts as 0 (default 30)
-=========================  =====================  ==============================================
+.. list-table::
+   :header-rows: 1
 
-All three are exposed by ``mi.traverse`` and differentiable. With alpha the angle between the
-mirror direction of the viewer and the direction to the light:
+   * - Parameter
+     - Type
+     - Description
+   * - ``diffuse_reflectance``
+     - spectrum or texture
+     - :math:`\rho_d`, the Lambertian part. Default: 0.5. Differentiable.
+   * - ``specular_reflectance``
+     - spectrum or texture
+     - :math:`\rho_s`, weight of the lobe. Default: 0.2. Differentiable.
+   * - ``exponent``
+     - float or texture
+     - :math:`n`, 0 or more; below 0 it acts as 0. Default: 30. Differentiable.
 
-    f = rho_d / pi + rho_s (n + 2) / (2 pi) max(0, cos alpha)^n
+With :math:`\alpha` the angle between the mirror direction of the viewer and the direction to the
+light, the BRDF is
 
-f is the BRDF: the reflected radiance is the integral of f L cos theta_o. The lobe is reciprocal
-and its albedo at most 1 for rho_s = 1 (1 at normal incidence, less towards grazing angles, where
-part of the lobe lies below the surface).
+.. math::
+    f = \frac{\rho_d}{\pi} + \rho_s \frac{n + 2}{2 \pi} \max(0, \cos\alpha)^n
 
-Source: E. Lafortune and Y. Willems, "Using the Modified Phong Reflectance Model for Physically
-Based Rendering", Leuven CW 197, 1994. Sampling as printed there: about the mirror direction with
-phi = 2 pi xi_1, alpha = acos(xi_2^(1/(n+1))); the weights are rho_s (n+2)/(n+1) cos theta_o.
+The lobe is reciprocal, and its albedo is at most 1 for :math:`\rho_s = 1`: 1 at normal incidence,
+less towards grazing angles, where part of the lobe lies below the surface. The material is
+one-sided; wrap it in ``twosided`` for surfaces that are seen from both sides.
 
-The material is one-sided; wrap it in ``twosided`` for surfaces seen from both sides.
+The lobe is sampled about the mirror direction with :math:`\phi = 2 \pi \xi_1` and
+:math:`\alpha = \arccos \xi_2^{1/(n+1)}`; the weights are
+:math:`\rho_s \cos\theta_o (n + 2) / (n + 1)`.
+
+**Source.** E. Lafortune and Y. Willems, "Using the Modified Phong Reflectance Model for Physically
+Based Rendering", Leuven CW 197, 1994.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    from relume import bsdfs
-    mi.load_dict({'type': 'phong', 'diffuse_reflectance': 0.3, 'specular_reflectance': 0.7,
-                  'exponent': 5})
+    {'type': 'phong', 'diffuse_reflectance': 0.3, 'specular_reflectance': 0.7, 'exponent': 5}
+
+.. code-block:: xml
+
+    <bsdf type="phong">
+        <rgb name="diffuse_reflectance" value="0.3"/>
+        <rgb name="specular_reflectance" value="0.7"/>
+        <float name="exponent" value="5"/>
+    </bsdf>
 """
+
+from __future__ import annotations
+
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
-from .common import diffuse_plus_lobe, polar
+from relume.bsdfs.common import diffuse_plus_lobe, polar
 
 
-def log1m(q):
+def log1m(q: mi.Float) -> mi.Float:
     """Return ln(1 - q) for 0 <= q < 1 to the last bits, also where q is tiny.
 
     1 - q would round q away; for q < 1/4 the series of -2 artanh(q / (2 - q)) does not.
@@ -50,8 +72,12 @@ def log1m(q):
     return dr.select(q < 0.25, series, dr.log(1 - q))
 
 
-def define():
-    class Phong(diffuse_plus_lobe()):
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
+    Base: Any = diffuse_plus_lobe()
+
+    class Phong(Base):
         def __init__(self, props):
             super().__init__(props)
             self.exponent = props.get_unbounded_texture("exponent", 30)
@@ -87,7 +113,4 @@ def define():
                 f"specular_reflectance={self.specular_reflectance}, exponent={self.exponent}]"
             )
 
-    mi.register_bsdf("phong", Phong)
-
-
-on_every_variant(define)
+    return Phong

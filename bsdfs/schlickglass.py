@@ -1,61 +1,93 @@
-"""Smooth glass with Schlick's Fresnel term and dispersion (`schlickglass`)
-=========================================================================
+r"""Smooth glass with Schlick's Fresnel term and dispersion (``schlickglass``)
+==========================================================================
 
-==========================  ====================  ==============================================
-parameter                   type                  meaning
-==========================  ====================  ==============================================
-``int_ior``                 float                 index inside, behind the normal, above 0;
-                                                  also below ``ext_ior`` (default 1.5)
-``ext_ior``                 float                 index outside, above 0 (default 1)
-``specular_reflectance``    spectrum or texture   tint of what is reflected (default 1)
-``specular_transmittance``  spectrum or texture   tint of what is refracted (default 1)
-``fresnel``                 string                ``schlick`` (default) or ``exact``
-``dispersion``              string                ``cauchy6``, ``sellmeier3`` or ``formula99``:
-                                                  replaces ``int_ior`` (default: none)
-``coefficients``            string                numbers of the dispersion formula, separated
-                                                  by blanks (micrometres; 99: nanometres)
-==========================  ====================  ==============================================
+.. list-table::
+   :header-rows: 1
 
-``mi.traverse`` exposes the tints (differentiable) and the indices (not differentiable). With
-theta the angle on the outer side (of incidence when entering, of refraction when leaving), n_1
-the index on the side of the viewer and n_2 that on the other:
+   * - Parameter
+     - Type
+     - Description
+   * - ``int_ior``
+     - float
+     - Refractive index inside, behind the normal, above 0; may be below ``ext_ior``. Default: 1.5.
+       Exposed.
+   * - ``ext_ior``
+     - float
+     - Refractive index outside, above 0. Default: 1. Exposed.
+   * - ``specular_reflectance``
+     - spectrum or texture
+     - Tint of what is reflected. Default: 1. Differentiable.
+   * - ``specular_transmittance``
+     - spectrum or texture
+     - Tint of what is refracted. Default: 1. Differentiable.
+   * - ``fresnel``
+     - string
+     - ``schlick`` or ``exact``. Default: ``schlick``.
+   * - ``dispersion``
+     - string
+     - Formula of the refractive index, which replaces ``int_ior``: ``cauchy6``, ``sellmeier3`` or
+       ``formula99``. Default: none.
+   * - ``coefficients``
+     - string
+     - Numbers of the formula, separated by blanks, for wavelengths in micrometres (``formula99``:
+       nanometres). Default: those of the formula.
 
-    reflected: F,  refracted: (1 - F) (n_1/n_2)^2 (the factor for radiance, not for importance)
-    schlick:   F = F_0 + (1 - F_0) (1 - cos theta)^5,   F_0 = ((n_1 - n_2) / (n_1 + n_2))^2
-    exact:     Fresnel's formulas for unpolarised light
-    F = 1 where cos^2 theta_2 = 1 - (n_1/n_2)^2 (1 - cos^2 theta_1) <= 0 (total reflection)
+With :math:`\theta` the angle on the outer side (of incidence when entering, of refraction when
+leaving), :math:`n_1` the index on the side of the viewer and :math:`n_2` that on the other, F is
+reflected and :math:`(1 - F) (n_1/n_2)^2` refracted; the square is the factor for radiance, and not
+for importance.
 
-Source: C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", Computer Graphics
-Forum 1994, eq. 15. The angle on the outer side makes F the same for both directions of a path.
-Schlick's term is not 0 for equal indices: it is (1 - cos theta)^5. Where the indices are equal,
-refracted light passes straight on and the lobe is a ``Null`` one, so that integrators that look
-for emitters through index-matched boundaries (``volpath``) do so.
+.. math::
+    F_{schlick} = F_0 + (1 - F_0) (1 - \cos\theta)^5, \qquad
+    F_0 = \left(\frac{n_1 - n_2}{n_1 + n_2}\right)^2
+
+``exact`` stands for Fresnel's formulas for unpolarized light. Reflection is total, F = 1, where
+:math:`1 - (n_1/n_2)^2 (1 - \cos^2\theta_1) \le 0`.
+
+The angle on the outer side makes F the same for both directions of a path. Schlick's term is not 0
+for equal indices: it is :math:`(1 - \cos\theta)^5`. Where the indices are equal, refracted light
+passes straight on and the lobe is a ``Null`` one, so that integrators that look for emitters
+through index-matched boundaries (``volpath``) do so.
 
 The dispersion formulas are those of `relume.bsdfs.dispersion`. They act in spectral variants;
 elsewhere the index at 589.3 nm serves for all colours. Use the integrator ``dispersivepath`` with
 them: it follows one wavelength from the first dispersive refraction on. Stock integrators converge
-to the same picture with more noise. Reflection is no reason to part: each wavelength gets its own
-F.
+to the same picture with more noise. Reflection keeps all wavelengths on one path, each with an F
+of its own.
+
+**Source.** C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", Computer
+Graphics Forum 1994, eq. 15; legacy manual, "Refractive index definition".
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones; dispersion in the
+spectral ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    from relume import bsdfs
-    mi.load_dict({'type': 'schlickglass', 'dispersion': 'sellmeier3', 'coefficients':
-                  '1.03961212 0.00600069867 0.231792344 0.0200179144 1.01046945 103.560653'})
+    {'type': 'schlickglass', 'dispersion': 'sellmeier3', 'coefficients':
+     '1.03961212 0.00600069867 0.231792344 0.0200179144 1.01046945 103.560653'}
+
+.. code-block:: xml
+
+    <bsdf type="schlickglass">
+        <float name="int_ior" value="1.33"/>
+        <string name="fresnel" value="exact"/>
+    </bsdf>
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
-
-from .common import choice
-from .dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
+from relume.bsdfs.common import choice
+from relume.bsdfs.dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
 
 FRESNEL = ("schlick", "exact")
 
 
-def positive(props, name, default):
+def positive(props: mi.Properties, name: str, default: float) -> float:
     """Return the number `name` of `props`; ValueError unless above 0."""
     value = props.get(name, default)
     if not value > 0:
@@ -63,7 +95,9 @@ def positive(props, name, default):
     return value
 
 
-def schlick(cos_i, cos_t, entering, k, eta):
+def schlick(
+    cos_i: mi.Float, cos_t: mi.Float, entering: mi.Bool, k: mi.Float, eta: mi.Float
+) -> mi.Float:
     """Return Schlick's F, its angle on the outer side; `eta` the far index over the near one."""
     F_0 = dr.square(k / dr.square(1 + eta))
     x = 1 - dr.select(entering, cos_i, cos_t)
@@ -71,7 +105,9 @@ def schlick(cos_i, cos_t, entering, k, eta):
     return dr.fma(1 - F_0, x2 * x2 * x, F_0)
 
 
-def exact(cos_i, cos_t, _entering, k, eta):
+def exact(
+    cos_i: mi.Float, cos_t: mi.Float, _entering: mi.Bool, k: mi.Float, eta: mi.Float
+) -> mi.Float:
     """Return Fresnel's F for unpolarised light.
 
     r_s = (c_i - eta c_t) / (c_i + eta c_t) and r_p likewise, multiplied by the denominators, with
@@ -85,7 +121,9 @@ def exact(cos_i, cos_t, _entering, k, eta):
     return 0.5 * dr.fma(r_s, r_s, r_p * r_p)
 
 
-def define():
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
     class SchlickGlass(mi.BSDF):
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
@@ -93,7 +131,7 @@ def define():
             self.specular_transmittance = props.get_texture("specular_transmittance", 1)
             self.fresnel = {"schlick": schlick, "exact": exact}[choice(props, "fresnel", FRESNEL)]
             self.ext_ior = mi.Float(positive(props, "ext_ior", 1.0))
-            self.dispersion, self.coefficients = "", ()
+            self.dispersion, self.coefficients = "", []
             if "dispersion" in props:
                 if "int_ior" in props:
                     raise ValueError("int_ior and dispersion exclude each other")
@@ -123,7 +161,12 @@ def define():
                 kind | sides | (mi.BSDFFlags.SpatiallyVarying if t.is_spatially_varying() else 0)
                 for kind, t in (
                     (mi.BSDFFlags.DeltaReflection, self.specular_reflectance),
-                    (self.through | mi.BSDFFlags.NonSymmetric, self.specular_transmittance),
+                    (
+                        self.through
+                        | mi.BSDFFlags.NonSymmetric
+                        | (HERO_WAVELENGTH if self.dispersion else 0),
+                        self.specular_transmittance,
+                    ),
                 )
             ]
             self.m_flags = self.m_components[0] | self.m_components[1]
@@ -234,7 +277,4 @@ def define():
                 f"specular_transmittance={self.specular_transmittance}]"
             )
 
-    mi.register_bsdf("schlickglass", SchlickGlass)
-
-
-on_every_variant(define)
+    return SchlickGlass

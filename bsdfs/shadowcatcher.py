@@ -1,46 +1,66 @@
-r"""Surface that shows nothing but shadows of the sky (`shadowcatcher`)
-===================================================================
+r"""Surface that shows nothing but shadows of the sky (``shadowcatcher``)
+=====================================================================
 
-=================  =====================  ======================================================
-parameter          type                   meaning
-=================  =====================  ======================================================
-``reflectance``    spectrum or texture    rho, colour of the shadowed surface (default 0.2)
-=================  =====================  ======================================================
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``reflectance``
+     - spectrum or texture
+     - :math:`\rho`, colour of the surface in shadow. Default: 0.2. Differentiable.
 
 A direction o above the surface is open if a ray along it reaches the sky: an environment emitter,
-or a shape that shines with a picture, such as a dome of `ibldome`. With V the share of open
+or a shape that shines with a picture, such as a dome of ``ibldome``. With V the share of open
 directions, weighted by their cosine,
 
-    f(i, o) = V delta(o + i) + rho / pi for directions o that are not open, on both sides,
+.. math::
+    f(i, o) = V \delta(o + i) + \frac{\rho}{\pi} \quad \text{for directions } o
+    \text{ that are not open}
 
-so the surface is invisible where nothing stands between it and the sky, and elsewhere hides what is
-behind it as far as it is shaded. One cosine-distributed direction decides: where it is open the
-path goes straight on, else it follows that direction with the weight rho.
+on both sides. So the surface is invisible where nothing stands between it and the sky; elsewhere
+it hides what is behind it as far as it is shaded. One cosine-distributed direction decides: where
+it is open the path goes straight on, else it follows that direction with the weight :math:`\rho`.
 
-Source: the legacy manual, `shadow`; scene language section 11.7.
+The surface has to trace rays. It knows the scene only inside the integrator ``shadowcatching``; in
+any other it is an ordinary diffuse surface.
 
-The surface has to trace rays. It knows the scene only inside the integrator ``shadowcatching``;
-in any other it is an ordinary diffuse surface.
+**Source.** Legacy manual, `shadow`; scene language section 11.7.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'rectangle', 'bsdf': {'type': 'shadowcatcher', 'reflectance': 0.2}}
+
+.. code-block:: xml
+
+    <shape type="rectangle">
+        <bsdf type="shadowcatcher">
+            <rgb name="reflectance" value="0.2"/>
+        </bsdf>
+    </shape>
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
 
-
-def shining_pictures(scene):
+def shining_pictures(scene: mi.Scene) -> list[mi.Shape]:
     """The shapes of a scene that shine with a picture."""
     varying = mi.EmitterFlags.SpatiallyVarying
     lights = [shape for shape in scene.shapes() if shape.is_emitter()]
     return [shape for shape in lights if mi.has_flag(shape.emitter().flags(), varying)]
 
 
-def reaches_sky(scene, si, wo, active):
+def reaches_sky(
+    scene: mi.Scene, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: mi.Bool
+) -> mi.Bool:
     """Whether rays from `si` along `wo` (local) reach an environment or a shining picture."""
     ray = si.spawn_ray(si.to_world(wo))
     hit = scene.ray_intersect_preliminary(ray, active=active)
@@ -51,8 +71,8 @@ def reaches_sky(scene, si, wo, active):
     return active & sky
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
 
     class ShadowCatcher(mi.BSDF):
         catches_shadows = True
@@ -114,7 +134,4 @@ def define():
         def to_string(self):
             return f"ShadowCatcher[reflectance={self.reflectance}]"
 
-    mi.register_bsdf("shadowcatcher", ShadowCatcher)
-
-
-on_every_variant(define)
+    return ShadowCatcher

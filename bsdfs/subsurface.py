@@ -1,29 +1,44 @@
-r"""Translucent material behind a smooth boundary (`subsurface`)
-============================================================
+r"""Translucent material behind a smooth boundary (``subsurface``)
+==============================================================
 
-==========================  ====================  ==============================================
-parameter                   type                  meaning
-==========================  ====================  ==============================================
-``sigma_s``                 spectrum or texture   scattering coefficient [1/scene unit], 0 or
-                                                  more (default 1)
-``sigma_a``                 spectrum or texture   absorption coefficient [1/scene unit], 0 or
-                                                  more (default 0)
-``scale``                   float                 factor of both coefficients (default 1)
-``g``                       spectrum or texture   mean cosine of the phase function
-                                                  (Henyey-Greenstein), in [-1, 1] (default 0)
-``eta``                     float                 index inside over index outside, above 0
-                                                  (default 1.3)
-``r_max``                   float                 radius of the search for points where light
-                                                  enters [scene unit]; 0: as far as light goes
-                                                  (default 0)
-``level``                   integer               -1: all orders of scattering (default);
-                                                  -2: multiple scattering alone
-``specular_reflectance``    spectrum or texture   tint of what the boundary reflects (default 1)
-``specular_transmittance``  spectrum or texture   tint of what passes the boundary, once inwards
-                                                  and once outwards (default 1)
-==========================  ====================  ==============================================
+.. list-table::
+   :header-rows: 1
 
-The surface of a homogeneous scattering medium, with Fresnel's formulas for unpolarised light at
+   * - Parameter
+     - Type
+     - Description
+   * - ``sigma_s``
+     - spectrum or texture
+     - Scattering coefficient, 0 or more [1/scene unit]. Default: 1. Differentiable.
+   * - ``sigma_a``
+     - spectrum or texture
+     - Absorption coefficient, 0 or more [1/scene unit]. Default: 0. Differentiable.
+   * - ``scale``
+     - float
+     - Factor of both coefficients, 0 or more. Default: 1. Exposed.
+   * - ``g``
+     - spectrum or texture
+     - Mean cosine of the phase function (Henyey-Greenstein), in [-1, 1]. Default: 0.
+       Differentiable.
+   * - ``eta``
+     - float
+     - Refractive index inside over that outside, above 0. Default: 1.3. Exposed.
+   * - ``r_max``
+     - float
+     - Radius of the search for points where light enters, 0 or more [scene unit]; with 0 it is as
+       far as light goes. Default: 0. Exposed.
+   * - ``level``
+     - integer
+     - -1: all orders of scattering; -2: multiple scattering alone. Default: -1.
+   * - ``specular_reflectance``
+     - spectrum or texture
+     - Tint of what the boundary reflects. Default: 1. Differentiable.
+   * - ``specular_transmittance``
+     - spectrum or texture
+     - Tint of what passes the boundary, once inwards and once outwards. Default: 1.
+       Differentiable.
+
+The surface of a homogeneous scattering medium, with Fresnel's formulas for unpolarized light at
 the boundary. It is meant for the integrator ``dipole``, which finds where light that leaves here
 has entered, and whose manual page has the model. Values given as textures are those of the point
 where light leaves. The medium is on the side away from the normal. From behind, the boundary is
@@ -31,25 +46,41 @@ that of clear glass for light that was not scattered (level -1), or black (level
 
 For any other integrator the material is its limit of small distances, the BRDF
 
-    f(i, o) = R_d F_t(i) F_t(o) / pi  beside the mirror of strength F = 1 - F_t,
+.. math::
+    f(i, o) = \frac{R_d F_t(i) F_t(o)}{\pi}
 
-with R_d the total diffuse reflectance (Jensen et al., "A Practical Model for Subsurface Light
-Transport", SIGGRAPH 2001, section 2.4); it is black from behind.
+beside the mirror of strength :math:`F = 1 - F_t`, with :math:`R_d` the total diffuse reflectance.
+It is black from behind.
+
+**Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
+Light Transport", SIGGRAPH 2001, section 2.4.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    from relume import bsdfs, integrators
-    mi.load_dict({'type': 'subsurface', 'eta': 1.5, 'scale': 10.0,
-                  'sigma_s': {'type': 'rgb', 'value': [2.19, 2.62, 3.0]},
-                  'sigma_a': {'type': 'rgb', 'value': [0.0021, 0.0041, 0.0071]}})
+    {'type': 'subsurface', 'eta': 1.5, 'scale': 10.0,
+     'sigma_s': {'type': 'rgb', 'value': [2.19, 2.62, 3.0]},
+     'sigma_a': {'type': 'rgb', 'value': [0.0021, 0.0041, 0.0071]}}
+
+.. code-block:: xml
+
+    <bsdf type="subsurface">
+        <float name="eta" value="1.5"/>
+        <float name="scale" value="10"/>
+        <rgb name="sigma_s" value="0.73, 0.87, 1"/>
+        <rgb name="sigma_a" value="0.0007, 0.0014, 0.0024"/>
+    </bsdf>
 """
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
-
-from relume.registration import on_every_variant
 
 SUBSURFACE = 1 << 25
 """Bit outside ``mi.BSDFFlags``. In `m_flags` it marks the material; in ``BSDFContext.type_mask`` it
@@ -80,22 +111,22 @@ class SubsurfaceMedium:
         tint: ``mi.Spectrum``, factor of light that passes the boundary once.
     """
 
-    sigma_s: object
-    sigma_a: object
-    g: object
-    eta: object
-    r_max: object
-    tint: object
+    sigma_s: mi.Spectrum
+    sigma_a: mi.Spectrum
+    g: mi.Spectrum
+    eta: mi.Float
+    r_max: mi.Float
+    tint: mi.Spectrum
 
 
-def reduced(medium):
+def reduced(medium: SubsurfaceMedium) -> tuple[mi.Spectrum, mi.Spectrum, mi.Spectrum]:
     """Return (sigma_s', sigma_t', alpha') of the similar medium that scatters isotropically."""
     sigma_s = medium.sigma_s * (1 - medium.g)
     sigma_t = dr.maximum(sigma_s + medium.sigma_a, TINY)
     return sigma_s, sigma_t, sigma_s / sigma_t
 
 
-def internal_reflectance(eta):
+def internal_reflectance(eta: mi.Float) -> mi.Float:
     """Return F_dr, the mean Fresnel reflectance of diffuse light from inside.
 
     Egan and Hilgeman's fits as in Jensen et al. 2001, and for eta < 1 Donner and Jensen 2005.
@@ -106,13 +137,13 @@ def internal_reflectance(eta):
     return dr.clip(dr.select(eta >= 1, above, below), 0, 0.999)
 
 
-def boundary_factor(eta):
+def boundary_factor(eta: mi.Float) -> mi.Float:
     """Return A = (1 + F_dr) / (1 - F_dr)."""
     F_dr = internal_reflectance(eta)
     return (1 + F_dr) / (1 - F_dr)
 
 
-def diffuse_reflectance(alpha, A):
+def diffuse_reflectance(alpha: mi.Spectrum, A: mi.Float) -> mi.Spectrum:
     """Return R_d, the share of light entering that leaves again (Jensen et al. 2001, eq. 15).
 
     Args:
@@ -123,7 +154,9 @@ def diffuse_reflectance(alpha, A):
     return 0.5 * alpha * (1 + dr.exp(-4 / 3 * A * k)) * dr.exp(-k)
 
 
-def define():
+def define() -> type[mi.BSDF]:
+    """Return the plugin's class for the variant in use."""
+
     class Subsurface(mi.BSDF):
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
@@ -132,9 +165,9 @@ def define():
             self.g = props.get_unbounded_texture("g", 0.0)
             self.specular_reflectance = props.get_texture("specular_reflectance", 1.0)
             self.specular_transmittance = props.get_texture("specular_transmittance", 1.0)
-            numbers = {"scale": 1.0, "eta": 1.3, "r_max": 0.0}
-            for name, default in numbers.items():
-                setattr(self, name, mi.Float(props.get(name, default)))
+            self.scale = mi.Float(props.get("scale", 1.0))
+            self.eta = mi.Float(props.get("eta", 1.3))
+            self.r_max = mi.Float(props.get("r_max", 0.0))
             if not dr.all(self.eta > 0):
                 raise ValueError(f"eta is {self.eta}, but must be above 0")
             if dr.any((self.scale < 0) | (self.r_max < 0)):
@@ -282,7 +315,4 @@ def define():
                 f"level={self.level}, {textures}]"
             )
 
-    mi.register_bsdf("subsurface", Subsurface)
-
-
-on_every_variant(define)
+    return Subsurface

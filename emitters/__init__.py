@@ -1,3 +1,8 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from relume.emitters import falloffspot, ibldome, parallelbeam, twosidedarea  # noqa: F401
+from relume.registration import register_plugins
+
+PLUGINS = ("falloffspot", "ibldome", "parallelbeam", "twosidedarea")
+"""Ids of the plugins; each has a module of its name."""
+
+register_plugins("emitter", __name__, PLUGINS)

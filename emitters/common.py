@@ -1,11 +1,15 @@
 """What the emitter plugins share: reading parameters and filling Mitsuba's records."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 
-def vector(props, name, default):
+def vector(props: mi.Properties, name: str, default: Sequence[float]) -> np.ndarray:
     """Read a point or vector parameter.
 
     Args:
@@ -19,7 +23,7 @@ def vector(props, name, default):
     return np.array(props.get(name, mi.ScalarVector3d(*default)), dtype=np.float64).reshape(3)
 
 
-def unit(v, what):
+def unit(v: np.ndarray, what: str) -> np.ndarray:
     """Return `v` (float64, shape (3,)) at length 1.
 
     Raises:
@@ -31,7 +35,15 @@ def unit(v, what):
     return v / length
 
 
-def delta_sample(emitter, it, p, n, uv, d, dist):
+def delta_sample(
+    emitter: mi.Emitter,
+    it: mi.Interaction3f,
+    p: mi.Point3f,
+    n: mi.Normal3f,
+    uv: mi.Point2f,
+    d: mi.Vector3f,
+    dist: mi.Float,
+) -> mi.DirectionSample3f:
     """Direction sample towards the one point or direction a Dirac emitter has for `it`."""
     ds = dr.zeros(mi.DirectionSample3f)
     ds.p, ds.n, ds.uv, ds.d, ds.dist = p, n, uv, d, dist
@@ -42,7 +54,9 @@ def delta_sample(emitter, it, p, n, uv, d, dist):
     return ds
 
 
-def spectrum_lookup(p, uv, time, wavelengths=None):
+def spectrum_lookup(
+    p: mi.Point3f, uv: mi.Point2f, time: mi.Float, wavelengths: mi.Spectrum | None = None
+) -> mi.SurfaceInteraction3f:
     """Surface interaction that carries what a texture needs to be evaluated at (p, uv)."""
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p, si.uv, si.time = p, uv, time
@@ -51,7 +65,9 @@ def spectrum_lookup(p, uv, time, wavelengths=None):
     return si
 
 
-def sample_spectrum(texture, si, sample, active):
+def sample_spectrum(
+    texture: mi.Texture, si: mi.SurfaceInteraction3f, sample: mi.Float, active: mi.Bool
+) -> tuple[mi.Spectrum, mi.Spectrum]:
     """Wavelengths and weight of an emitted particle; RGB variants have no wavelengths.
 
     Args:
@@ -64,20 +80,22 @@ def sample_spectrum(texture, si, sample, active):
     return texture.sample_spectrum(si, shifted, active)
 
 
-def sample_side(sample):
+def sample_side(sample: mi.Point2f) -> tuple[mi.Point2f, mi.Float]:
     """Spend a bit of the variate `sample.x` on a side; returns the renewed variate and ±1."""
     front = sample.x < 0.5
     x = dr.select(front, 2.0 * sample.x, 2.0 * sample.x - 1.0)
     return mi.Point2f(x, sample.y), dr.select(front, mi.Float(1.0), -1.0)
 
 
-def spawn_ray(p, n, d, time, wavelengths):
+def spawn_ray(
+    p: mi.Point3f, n: mi.Normal3f, d: mi.Vector3f, time: mi.Float, wavelengths: mi.Spectrum
+) -> mi.Ray3f:
     """Ray that leaves the surface point `p` towards `d`, on the side of the normal `n`."""
     margin = mi.math.RayEpsilon * (1.0 + dr.max(dr.abs(p)))
     return mi.Ray3f(dr.fma(margin, n, p), d, time, wavelengths)
 
 
-def sphere_of(emitter):
+def sphere_of(emitter: mi.Emitter) -> tuple[mi.Point3f, mi.Float] | None:
     """Centre and radius of the sphere that an emitter hangs on; None if there is no sphere.
 
     The centre is opaque and kept in `emitter.sphere`, so that equal scenes share a kernel.

@@ -1,16 +1,36 @@
-r"""Spot light with an inner cone, an exponent and polynomial attenuation (`falloffspot`)
-=====================================================================================
+r"""Spot light with an inner cone, an exponent and polynomial attenuation (``falloffspot``)
+=======================================================================================
 
-| name               | type      | meaning                                                   |
-|--------------------|-----------|-----------------------------------------------------------|
-| `position`         | point     | place of the light (default 0, 0, 0)                      |
-| `direction`        | vector    | axis of the cone, any length (default 0, -1, 0)           |
-| `intensity`        | spectrum  | radiant intensity :math:`I` on the axis (default 1)       |
-| `cutoff_angle`     | float     | half angle :math:`w` in degrees, (0, 180] (default 30)    |
-| `falloff_angle`    | float     | width :math:`f` of the rim, degrees, [0, w] (default 5)   |
-| `falloff_exponent` | float     | exponent :math:`p \ge 0` of the rim's ramp (default 2)    |
-| `attenuation`      | vector    | :math:`a, b, c \ge 0` of the attenuation (default 0, 0, 1)|
-| `to_world`         | transform | applied to `position` and `direction` (default none)      |
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``position``
+     - point
+     - Place of the light. Default: 0, 0, 0. Exposed.
+   * - ``direction``
+     - vector
+     - Axis of the cone, of any length above 0. Default: 0, -1, 0. Differentiable.
+   * - ``intensity``
+     - spectrum
+     - Radiant intensity :math:`I` on the axis. Default: 1. Differentiable.
+   * - ``cutoff_angle``
+     - float
+     - Half angle :math:`w` of the cone, in (0, 180] [degrees]. Default: 30. Differentiable.
+   * - ``falloff_angle``
+     - float
+     - Width :math:`f` of the rim, in [0, w] [degrees]. Default: 5. Differentiable.
+   * - ``falloff_exponent``
+     - float
+     - Exponent :math:`p \ge 0` of the rim's ramp. Default: 2. Differentiable.
+   * - ``attenuation``
+     - vector
+     - :math:`a, b, c \ge 0` of the attenuation. Default: 0, 0, 1. Differentiable.
+   * - ``to_world``
+     - transform
+     - Applied to ``position`` and ``direction``. Default: none.
 
 A surface that faces the light at the distance :math:`d` and at the angle :math:`\vartheta` from
 the axis receives the irradiance
@@ -20,38 +40,54 @@ the axis receives the irradiance
     r(\vartheta) = \left(\frac{\cos\vartheta - \cos w}{\cos(w - f) - \cos w}\right)^p
 
 with :math:`r = 1` inside :math:`w - f` and :math:`r = 0` outside :math:`w`. Where :math:`t` falls
-below :math:`10^{-3}` there is no attenuation (:math:`t = 1`); `0 0 0` thus switches it off. The
-ramp has a hard edge at :math:`w` when :math:`p = 0` or :math:`f = 0`. With `0 0 1` the plugin is
-an ordinary point source of intensity :math:`I\,r`.
+below :math:`10^{-3}` there is no attenuation (:math:`t = 1`); 0, 0, 0 thus switches it off. The
+ramp has a hard edge at :math:`w` when :math:`p = 0` or :math:`f = 0`. With 0, 0, 1 the plugin is
+an ordinary point source of intensity :math:`I\,r`. The ramp is linear in the cosine, that of the
+stock ``spot`` in the angle.
 
-The formula is that of the legacy manual, "Spot light source", where :math:`I = \pi` times the
-emission of the object. The ramp is linear in the cosine, the stock `spot`'s in the angle.
+Particles (``sample_ray``, as ``ptracer`` uses it) carry a power that does not depend on how far
+they will fly. They can thus only follow the inverse square law: unless ``attenuation`` is 0, 0, c
+with :math:`c > 0`, the light emits no particles and a warning says so. (No exception: Dr.Jit
+traces every light that is alive, also those of other scenes.)
 
-All parameters but `position` and `to_world` are differentiable.
+**Source.** Legacy manual, "Spot light source", where :math:`I` is :math:`\pi` times the emission
+of the object.
 
-Particles (`sample_ray`, as `ptracer` uses it) carry a power that does not depend on how far they
-will fly. They can thus only follow the inverse square law: unless `attenuation` is `0 0 c` with
-:math:`c > 0`, the light emits no particles and a warning says so. (No exception: Dr.Jit traces
-every light that is alive, also those of other scenes.)
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'falloffspot', 'position': [0, 5, 0], 'direction': [0, -1, 0],
      'cutoff_angle': 20.0, 'falloff_angle': 10.0, 'falloff_exponent': 0.0,
      'attenuation': [0, 1, 0], 'intensity': {'type': 'rgb', 'value': [30, 28, 25]}}
+
+.. code-block:: xml
+
+    <emitter type="falloffspot">
+        <point name="position" x="0" y="5" z="0"/>
+        <vector name="direction" x="0" y="-1" z="0"/>
+        <float name="cutoff_angle" value="20"/>
+        <vector name="attenuation" x="0" y="1" z="0"/>
+        <rgb name="intensity" value="30, 28, 25"/>
+    </emitter>
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from relume.registration import on_every_variant
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
 NO_ATTENUATION_BELOW = 1e-3
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class FalloffSpot(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)
@@ -182,7 +218,4 @@ def define():
                 f"intensity = {self.intensity}]"
             )
 
-    mi.register_emitter("falloffspot", FalloffSpot)
-
-
-on_every_variant(define)
+    return FalloffSpot

@@ -1,26 +1,45 @@
-r"""Image-based light on a sphere (`ibldome`)
-==========================================
+r"""Image-based light on a sphere (``ibldome``)
+===========================================
 
-| name         | type    | meaning                                                              |
-|--------------|---------|----------------------------------------------------------------------|
-| `filename`   | string  | image file that `mi.Bitmap` reads                                    |
-| `bitmap`     | bitmap  | instead of it: a `mi.Bitmap`                                         |
-| `raw`        | boolean | take 8-bit values as linear, without sRGB decoding (default false)   |
-| `scale`      | float   | factor on the radiance (default 1)                                   |
-| `map`        | string  | how the image covers the sphere: `transposed` (default), `panoramic`, `angular`, `angular_mirrored`, `equirectangular`, `hemisphere`; see `emitters/domemaps.py` |
-| `hemisphere` | boolean | only the upper half, y at or above the centre, shines (default false) |
+.. list-table::
+   :header-rows: 1
 
-Attached to a `sphere`, the emitter gives the point :math:`p` of it the radiance
+   * - Parameter
+     - Type
+     - Description
+   * - ``filename``
+     - string
+     - Image file that ``mi.Bitmap`` reads. Required, unless there is ``bitmap``.
+   * - ``bitmap``
+     - bitmap
+     - A ``mi.Bitmap`` instead of the file. Required, unless there is ``filename``.
+   * - ``raw``
+     - boolean
+     - Take 8-bit values as linear, without sRGB decoding. Default: false.
+   * - ``scale``
+     - float
+     - Factor of the radiance. Default: 1. Differentiable.
+   * - ``map``
+     - string
+     - How the image covers the sphere: ``transposed``, ``panoramic``, ``angular``,
+       ``angular_mirrored``, ``equirectangular`` or ``hemisphere``; see
+       `relume.emitters.domemaps`. Default: ``transposed``.
+   * - ``hemisphere``
+     - boolean
+     - Let only the upper half shine, y at or above the centre. Default: false.
+
+In RGB variants ``mi.traverse`` also exposes the image, as ``data``, which is differentiable.
+
+Attached to a ``sphere``, the emitter gives the point :math:`p` of it the radiance
 
 .. math::
     L(p) = \mathrm{scale} \cdot \mathrm{texel}\left(\mathrm{map}\left(\frac{p - c}{R}\right)\right)
 
 in all directions: inwards, as a surrounding with its parallax kept, and outwards. The texel is the
-nearest one and the formula of the map is evaluated where the ray hits, without any resampling.
+nearest one, and the formula of the map is evaluated where the ray hits, without any resampling.
 The transform of the sphere moves and scales the dome but does not turn the image. Give the sphere
-a black `conductor` as BSDF: paths end on it, and unlike on a black `diffuse` no emitter sample is
-spent there, which saves a fifth of the time. Source: section 11.5 of the scene language, legacy
-manual "IBL".
+a black ``conductor`` as BSDF: paths end on it, and unlike on a black ``diffuse`` no emitter sample
+is spent there, which saves a fifth of the time.
 
 Emitter sampling picks a texel with the probability
 
@@ -38,26 +57,47 @@ shading point :math:`x` is
 A single texel of extreme radiance, such as the sun, is thus found as often as it matters.
 
 A stock sphere is intersected in single precision. For domes beyond about ten thousand times the
-size of the scene use an `envmap`, for which `relume.emitters.domemaps.resample_to_latlong` prepares the
-image.
+size of the scene use an ``envmap``, for which ``relume.emitters.domemaps.resample_to_latlong``
+prepares the image.
+
+**Source.** Scene language section 11.5; legacy manual, "IBL".
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'sphere', 'center': [0, 0, 0], 'radius': 600,
      'bsdf': {'type': 'conductor', 'specular_reflectance': 0},
      'light': {'type': 'ibldome', 'filename': 'probe.hdr', 'map': 'angular', 'scale': 2.0}}
-"""  # noqa: E501
+
+.. code-block:: xml
+
+    <shape type="sphere">
+        <float name="radius" value="600"/>
+        <bsdf type="conductor">
+            <rgb name="specular_reflectance" value="0"/>
+        </bsdf>
+        <emitter type="ibldome">
+            <string name="filename" value="probe.hdr"/>
+            <string name="map" value="angular"/>
+        </emitter>
+    </shape>
+"""
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.emitters.common import sample_side, spawn_ray, sphere_of
 from relume.emitters.domemaps import cell_solid_angles, find_map, texel
+from relume.sensors.colors import LUMINANCE
 
-from relume.registration import on_every_variant
 
-
-def read_image(props):
+def read_image(props: mi.Properties) -> np.ndarray:
     """RGB image, shape (h, w, 3), float32, from the parameters `filename` or `bitmap`."""
     if ("filename" in props) == ("bitmap" in props):
         raise ValueError("ibldome: give either filename or bitmap")
@@ -71,7 +111,7 @@ def read_image(props):
     return np.array(rgb, dtype=np.float32)
 
 
-def spectral_texels(image):
+def spectral_texels(image: np.ndarray) -> np.ndarray:
     """What the kernel gathers: RGB, or in spectral variants sRGB model coefficients and a scale.
 
     The conversion to coefficients is the stock envmap's.
@@ -86,7 +126,9 @@ def spectral_texels(image):
     return np.array(mi.traverse(converted)["data"])[:h, 1 : 1 + w]
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class IblDome(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)
@@ -109,7 +151,7 @@ def define():
                 raise ValueError("ibldome: the image has negative or undefined values")
             self.height, self.width = image.shape[:2]
             self.columns, self.rows = max(self.width - 1, 1), max(self.height - 1, 1)
-            luminance = image.astype(np.float64) @ [0.212671, 0.715160, 0.072169]
+            luminance = image.astype(np.float64) @ LUMINANCE
             weight = luminance[::-1][: self.rows, : self.columns] * cell_solid_angles(
                 self.map, self.width, self.height, self.hemisphere
             )
@@ -259,7 +301,4 @@ def define():
         def to_string(self):
             return f"IblDome[{self.width} x {self.height}, map = {self.map_name}]"
 
-    mi.register_emitter("ibldome", IblDome)
-
-
-on_every_variant(define)
+    return IblDome

@@ -1,49 +1,82 @@
-r"""Parallel beam (`parallelbeam`)
+r"""Parallel beam (``parallelbeam``)
 ================================
 
-| name         | type      | meaning                                                          |
-|--------------|-----------|------------------------------------------------------------------|
-| `origin`     | point     | corner of the parallelogram the beam leaves (default 0, 0, 0)    |
-| `edge_u`     | vector    | its first edge :math:`U` (default 1, 0, 0)                       |
-| `edge_v`     | vector    | its second edge :math:`V` (default 0, 1, 0)                      |
-| `direction`  | vector    | where the light goes, any length (default :math:`U \times V`)    |
-| `irradiance` | spectrum, texture | on a plane perpendicular to the beam (default 1)           |
-| `to_world`   | transform | applied to all of the above (default none)                       |
+.. list-table::
+   :header-rows: 1
 
-A texture given as `irradiance` is spread over the parallelogram, u along :math:`U` and v along
-:math:`V`, as a slide projector would.
+   * - Parameter
+     - Type
+     - Description
+   * - ``origin``
+     - point
+     - Corner of the parallelogram that the beam leaves. Default: 0, 0, 0. Exposed.
+   * - ``edge_u``
+     - vector
+     - Its first edge :math:`U`. Default: 1, 0, 0. Exposed.
+   * - ``edge_v``
+     - vector
+     - Its second edge :math:`V`. Default: 0, 1, 0. Exposed.
+   * - ``direction``
+     - vector
+     - Where the light goes, of any length above 0. Default: :math:`U \times V`. Exposed.
+   * - ``irradiance``
+     - spectrum or texture
+     - On a plane perpendicular to the beam. Default: 1. Differentiable.
+   * - ``to_world``
+     - transform
+     - Applied to all of the above. Default: none.
 
-Collimated light through the volume that the parallelogram sweeps along the direction :math:`D`.
-A point :math:`x` is written in the frame of the beam,
+Collimated light through the volume that the parallelogram sweeps along the direction :math:`D`. A
+point :math:`x` is written in the frame of the beam,
 
 .. math::
     x = o + s\,U + v\,V + \tau\,D, \qquad |D| = 1,
 
 and is lit if :math:`s, v \in [0, 1]` and :math:`\tau > 0`: nothing beside or behind the
-parallelogram is. There is no attenuation with distance. Whatever lies between the parallelogram
-and the point casts a shadow; what lies in its plane or behind does not, so that a rectangle may
-be put at the same place to be seen. Points closer to the plane than Mitsuba's own ray offset,
-:math:`(1 + \max|x_i|) \cdot 9 \cdot 10^{-5}`, count as lying in it.
+parallelogram is. There is no attenuation with distance. A texture given as ``irradiance`` is
+spread over the parallelogram, u along :math:`U` and v along :math:`V`, as a slide projector would.
 
-The direction is a Dirac delta: emitter sampling (next event estimation) finds it, a scattered ray
-never does. Legacy scenes put `irradiance` to :math:`\pi` times the emission of the rectangle
-(legacy manual, "Directional light").
+Whatever lies between the parallelogram and the point casts a shadow; what lies in its plane or
+behind does not, so that a rectangle may be put at the same place to be seen. Points closer to the
+plane than Mitsuba's own ray offset, :math:`(1 + \max|x_i|) \cdot 9 \cdot 10^{-5}`, count as lying
+in it. The direction is a Dirac delta: emitter sampling (next event estimation) finds it, a
+scattered ray never does.
+
+**Source.** Legacy manual, "Directional light"; scenes of that language put ``irradiance`` to
+:math:`\pi` times the emission of the rectangle.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'parallelbeam', 'origin': [-1, 4, -1], 'edge_u': [2, 0, 0], 'edge_v': [0, 0, 2],
      'direction': [0, -1, 0], 'irradiance': {'type': 'rgb', 'value': 3.0}}
+
+.. code-block:: xml
+
+    <emitter type="parallelbeam">
+        <point name="origin" x="-1" y="4" z="-1"/>
+        <vector name="edge_u" x="2" y="0" z="0"/>
+        <vector name="edge_v" x="0" y="0" z="2"/>
+        <vector name="direction" x="0" y="-1" z="0"/>
+        <rgb name="irradiance" value="3"/>
+    </emitter>
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
 from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
 
-from relume.registration import on_every_variant
 
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
 
-def define():
     class ParallelBeam(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)
@@ -164,7 +197,4 @@ def define():
                 f"irradiance = {self.irradiance}]"
             )
 
-    mi.register_emitter("parallelbeam", ParallelBeam)
-
-
-on_every_variant(define)
+    return ParallelBeam

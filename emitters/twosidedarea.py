@@ -1,50 +1,77 @@
-r"""Area light that shines on both sides (`twosidedarea`)
-======================================================
+r"""Area light that shines on both sides (``twosidedarea``)
+=======================================================
 
-| name       | type                | meaning                                                   |
-|------------|---------------------|-----------------------------------------------------------|
-| `radiance` | spectrum or texture | radiance :math:`L_e` of the surface, either side (default 1) |
-| `name`     | string              | tells lights apart that are equal otherwise: Mitsuba would merge them into one, which then hangs on two shapes (default empty) |
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``radiance``
+     - spectrum or texture
+     - Radiance :math:`L_e` of the surface, on either side. Default: 1. Differentiable.
+   * - ``name``
+     - string
+     - Distinguishes lights that are otherwise equal: Mitsuba would merge them into one, which then
+       hangs on two shapes. Default: empty.
 
 Attached to any shape, it makes every point of it emit :math:`L_e` into the whole sphere of
 directions, as the legacy language has it for hemispheres and infinite planes with emission, and
-for images put on planes and meshes as light. A closed lamp needs no second side: `area` does there,
-but for spheres that light their own inside or subtend less than a hundredth of a radian. A lamp of area :math:`A` with constant radiance has the power :math:`2 \pi A L_e`.
+for images put on planes and meshes as light. A closed lamp needs no second side: ``area`` does
+there, except for spheres that light their own inside or subtend less than a hundredth of a radian.
+A lamp of area :math:`A` with constant radiance has the power :math:`2 \pi A L_e`.
 
 Emitter sampling draws points on the shape as the shape itself does it, by solid angle where it
-can. On a sphere of radius :math:`R` that is seen from the distance :math:`D` of its centre, outside
-by more than :math:`10^{-3} R`, it is uniform in the cone of half angle :math:`\sigma`,
+can. On a sphere of radius :math:`R` that is seen from the distance :math:`D` of its centre,
+outside by more than :math:`10^{-3} R`, it is uniform in the cone of half angle :math:`\sigma`,
 
 .. math::
     p = \frac{1}{2 \pi (1 - \cos\sigma)} = \frac{1 + \cos\sigma}{2 \pi \sin^2\sigma}, \qquad
     \sin\sigma = \frac{R}{D},
 
-which single precision bears for any :math:`\sigma`; elsewhere, above all inside, it is uniform over
-the area. (The stock sphere computes :math:`1 - \cos\sigma` as written: lamps that subtend
-:math:`10^{-4}` rad are dark. On its inner surface it takes points that rounding has put outside for
-points that see it from outside.) Source: M. Pharr, W. Jakob and G. Humphreys, Physically Based
-Rendering, 4th edition, section 6.2.4. Where `radiance` is a texture, shapes other than meshes are sampled by it: nine in ten points
+which single precision bears for any :math:`\sigma`; elsewhere, above all inside, it is uniform
+over the area. (The stock sphere computes :math:`1 - \cos\sigma` as written: lamps that subtend
+:math:`10^{-4}` rad are dark. On its inner surface it takes points that rounding has put outside
+for points that see it from outside.)
+
+Where ``radiance`` is a texture, shapes other than meshes are sampled by it: nine in ten points
 follow the texture's own density over :math:`(u, v)`, one is uniform there, so that no part of the
 shape is missed even if the texture is transformed. Meshes are sampled by area, since nothing
 promises that their :math:`(u, v)` cover the image once.
+
+**Source.** M. Pharr, W. Jakob and G. Humphreys, Physically Based Rendering, 4th edition, section
+6.2.4.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'rectangle',
      'light': {'type': 'twosidedarea', 'radiance': {'type': 'rgb', 'value': [5, 4, 3]}}}
-"""  # noqa: E501
+
+.. code-block:: xml
+
+    <shape type="rectangle">
+        <emitter type="twosidedarea">
+            <rgb name="radiance" value="5, 4, 3"/>
+        </emitter>
+    </shape>
+"""
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
-from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
 
-from relume.registration import on_every_variant
+from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
 
 BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
 
 
-def cone(distance, radius):
+def cone(distance: mi.Float, radius: mi.Float) -> tuple[mi.Float, mi.Float]:
     """Squared sine and cosine of the half angle of the cone that a sphere fills, seen from outside.
 
     Args:
@@ -56,7 +83,9 @@ def cone(distance, radius):
     return sine2, dr.safe_sqrt((distance - radius) * (distance + radius)) / distance
 
 
-def define():
+def define() -> type[mi.Emitter]:
+    """Return the plugin's class for the variant in use."""
+
     class TwoSidedArea(mi.Emitter):
         def __init__(self, props):
             mi.Emitter.__init__(self, props)
@@ -223,7 +252,4 @@ def define():
         def to_string(self):
             return f"TwoSidedArea[radiance = {self.radiance}]"
 
-    mi.register_emitter("twosidedarea", TwoSidedArea)
-
-
-on_every_variant(define)
+    return TwoSidedArea

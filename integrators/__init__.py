@@ -1,3 +1,16 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from . import dipole, dispersivepath, erpt, pssmlt, samplescale, shadowcatching  # noqa: F401
+from relume.registration import register_plugins
+
+PLUGINS = (
+    "dipole",
+    "dispersivepath",
+    "erpt",
+    "pssmlt",
+    "samplescale",
+    "shadowcatching",
+    "surfacepath",
+)
+"""Ids of the plugins; each has a module of its name."""
+
+register_plugins("integrator", __name__, PLUGINS)

@@ -1,5 +1,9 @@
 """What several integrators share."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
 import drjit as dr
 import mitsuba as mi
 
@@ -7,8 +11,8 @@ NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
 
 
-def nested_integrator(props):
-    """The one sampling integrator nested in another one.
+def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
+    """Return the one sampling integrator that is nested in another one.
 
     Args:
         props: `mi.Properties` of the outer integrator.
@@ -22,8 +26,10 @@ def nested_integrator(props):
     return nested[0]
 
 
-def with_depth_range(integrator, min_depth, max_depth):
-    """An integrator for the light of some paths alone.
+def with_depth_range(
+    integrator: mi.SamplingIntegrator, min_depth: int, max_depth: int
+) -> mi.SamplingIntegrator:
+    """Return an integrator for paths of a range of depths alone.
 
     Args:
         integrator: `mi.SamplingIntegrator`.
@@ -31,7 +37,7 @@ def with_depth_range(integrator, min_depth, max_depth):
         max_depth: longest path.
 
     Raises:
-        ValueError: the integrator cannot part its light.
+        ValueError: the integrator cannot leave out paths by their depth.
     """
     if not hasattr(integrator, "with_depth_range"):
         name = integrator.class_name()
@@ -39,8 +45,8 @@ def with_depth_range(integrator, min_depth, max_depth):
     return integrator.with_depth_range(min_depth, max_depth)
 
 
-def path_depths(props):
-    """The parameters ``max_depth`` and ``rr_depth`` of a path tracer.
+def path_depths(props: mi.Properties) -> tuple[int, int]:
+    """Read the parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 
     Args:
         props: `mi.Properties` of the integrator.
@@ -60,8 +66,59 @@ def path_depths(props):
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 
-def power_heuristic(pdf, other):
+def power_heuristic(pdf: mi.Float, other: mi.Float) -> mi.Float:
     """Return the weight of a sample of density `pdf` that `other` might have drawn, 0 for 0/0."""
     a, b = pdf * pdf, other * other
     w = a / (a + b)
     return dr.select(dr.isfinite(w), w, 0)
+
+
+def russian_roulette(
+    throughput: mi.Spectrum, eta: mi.Float, depth: mi.UInt32, rr_depth: int, sample: mi.Float
+) -> tuple[mi.Spectrum, mi.Bool]:
+    """End dim paths by chance, once they are long, and make up for it in those that go on.
+
+    Args:
+        throughput: ``mi.Spectrum``.
+        eta: ``mi.Float``, product of the relative indices along the path, whose square is no loss.
+        depth: ``mi.UInt32``, length of the path.
+        rr_depth: depth from which paths may end.
+        sample: uniform variate.
+
+    Returns:
+        (throughput, whether the path goes on).
+    """
+    largest = dr.max(throughput)
+    survival = dr.minimum(largest * eta * eta, 0.95)
+    exposed = depth >= rr_depth
+    throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)
+    return throughput, (~exposed | (sample < survival)) & (largest != 0)
+
+
+@dataclass
+class PreviousVertex:
+    """Where a ray comes from, and how it was drawn.
+
+    Attributes:
+        si: ``mi.Interaction3f``.
+        pdf: ``mi.Float``, density of its direction [1/sr].
+        delta: ``mi.Bool``, whether no emitter sample could have drawn it.
+    """
+
+    si: mi.Interaction3f
+    pdf: mi.Float
+    delta: mi.Bool
+
+    @classmethod
+    def camera(cls) -> PreviousVertex:
+        """That of camera rays."""
+        return cls(dr.zeros(mi.Interaction3f), mi.Float(1), mi.Bool(True))
+
+
+def emission(
+    scene: mi.Scene, si: mi.SurfaceInteraction3f, previous: PreviousVertex, active: mi.Bool
+) -> mi.Spectrum:
+    """Return what a ray gets of the emitter that it meets, weighted against emitter sampling."""
+    ds = mi.DirectionSample3f(scene, si, previous.si)
+    pdf = scene.pdf_emitter_direction(previous.si, ds, active & ~previous.delta)
+    return ds.emitter.eval(si, active) * power_heuristic(previous.pdf, pdf)

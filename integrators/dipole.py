@@ -1,84 +1,114 @@
-r"""Path tracer with diffusion below surfaces (`dipole`)
-====================================================
+r"""Path tracer with diffusion below surfaces (``dipole``)
+======================================================
 
-===================  ========  ===========================================================
-parameter            type      meaning
-===================  ========  ===========================================================
-``profile``          string    ``standard`` (default), ``directional`` or ``normalized``
-``max_depth``        integer   longest path: 1 shows emitters alone, 2 adds direct light;
-                               -1 for no limit (default -1); a way through a medium counts
-                               as one bounce
-``rr_depth``         integer   depth from which Russian roulette ends paths (default 5)
-``hide_emitters``    boolean   hide directly visible emitters (default false)
-===================  ========  ===========================================================
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``profile``
+     - string
+     - ``standard``, ``directional`` or ``normalized``. Default: ``standard``.
+   * - ``max_depth``
+     - integer
+     - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. A way through a
+       medium counts as one bounce. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Hide directly visible emitters. Default: false.
 
 The stock ``path`` for all surfaces but those of the material ``subsurface``. There light that is
 not mirrored leaves by
 
-    L_o(x_o, o) = int_A int S(x_i, i; x_o, o) L_i(x_i, i) (n_i.i) di dA(x_i).
+.. math::
+    L_o(x_o, o) = \int_A \int S(x_i, i; x_o, o)\, L_i(x_i, i)\, (n_i \cdot i)\, di\, dA(x_i)
 
-**Multiple scattering.** `relume.integrators.diffusion` has the three kernels:
+**Multiple scattering.** `relume.integrators.diffusion` has the three kernels, ``standard``,
+``directional`` and ``normalized``:
 
-    standard     S = F_t(i) R(|x_o - x_i|) F_t(o) / pi      Jensen et al. 2001
-    directional  S = F_t(i) S_d(x_i, i; x_o) F_t(o)         Frisvad et al. 2014
-    normalized   S = F_t(i) R(|x_o - x_i|) F_t(o) / (pi c)  Christensen and Burley 2015,
-                 c = int F_t(o) (n.o) do / pi
+.. math::
+    S &= F_t(i)\, R(|x_o - x_i|)\, F_t(o) / \pi \\
+    S &= F_t(i)\, S_d(x_i, i; x_o)\, F_t(o) \\
+    S &= F_t(i)\, R(|x_o - x_i|)\, F_t(o) / (\pi c), \qquad
+         c = \frac{1}{\pi} \int F_t(o)\, (n \cdot o)\, do
 
-F_t is Fresnel's transmittance. The points x_i are found by probe rays on the same object (see
-`relume.integrators.probing`); from there the path goes on as from a diffuse surface, with emitter
-sampling.
+:math:`F_t` is Fresnel's transmittance. The points :math:`x_i` are found by probe rays on the same
+object (see `relume.integrators.probing`); from there the path goes on as from a diffuse surface,
+with emitter sampling.
 
-**Single scattering** (level -1, ``standard`` alone; the other profiles hold it). The path refracts
-into the medium and scatters where an exponential law says, x. A straight line with the direction w
-then leads from x through the boundary at x_i, at a distance s from x. For the angles theta outside
-and theta' inside, Jensen et al. 2001, section 2.5, take s' = s cos theta / cos theta' for the
-length of the refracted way, so that
+**Single scattering** (level -1, ``standard`` alone; the other profiles include it). The path
+refracts into the medium and scatters where an exponential law says, at x. A straight line with the
+direction w then leads from x through the boundary at :math:`x_i`, at a distance s from x. For the
+angles :math:`\theta` outside and :math:`\theta'` inside, Jensen et al., section 2.5, take
+:math:`s' = s \cos\theta / \cos\theta'` for the length of the refracted way, so that
 
-    L(x, w') dw' = F_t(w) exp(-sigma_t s') L_i(x_i, w) (cos theta / cos theta') dw.
+.. math::
+    L(x, w')\, dw' = F_t(w)\, e^{-\sigma_t s'} L_i(x_i, w)
+    \frac{\cos\theta}{\cos\theta'}\, dw
 
 The last factor, that of the solid angle, is not in the paper; with it, and with the factor
-1/eta^2 of radiance at x_o, flat boundaries under distant light are exact. g is clamped to +-0.999
-here, not in sigma_s' = (1 - g) sigma_s.
+:math:`1/\eta^2` of radiance at :math:`x_o`, flat boundaries under distant light are exact. g is
+clamped to the range from -0.999 to 0.999 here, not in :math:`\sigma_s' = (1 - g) \sigma_s`.
 
 **No scattering** (level -1). Light that crosses the object without scattering is refracted at the
 boundary as by clear glass.
 
 Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering only.
 
+**Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
+Light Transport", SIGGRAPH 2001 (``standard`` and single scattering); J. R. Frisvad, T. Hachisuka
+and T. K. Kjeldsen, "Directional Dipole Model for Subsurface Scattering", ACM TOG 34(1), 2014
+(``directional``); P. H. Christensen and B. Burley, "Approximate Reflectance Profiles for Efficient
+Subsurface Scattering", 2015 (``normalized``).
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
+
 .. code-block:: python
 
-    from relume import bsdfs, integrators
-    mi.load_dict({'type': 'dipole', 'profile': 'standard', 'max_depth': 16})
+    {'type': 'dipole', 'profile': 'standard', 'max_depth': 16}
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.common import choice
 from relume.bsdfs.subsurface import SUBSURFACE
-from relume.integrators.common import path_depths, power_heuristic
-from relume.integrators.diffusion import PROFILES
-from relume.integrators.inside import flight, no_medium, out, phase, phase_mixture, sample_phase
-from relume.integrators.media import Media, medium_of
+from relume.integrators.common import (
+    PreviousVertex,
+    emission,
+    path_depths,
+    power_heuristic,
+    russian_roulette,
+)
+from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.integrators.probing import find_entry
-
-from relume.registration import on_every_variant
+from relume.integrators.translucentmaterials import TranslucentMaterials, medium_of
+from relume.integrators.vertices import (
+    Interior,
+    at_crossing,
+    at_entry,
+    at_scattering,
+    at_surface,
+    sample_emitter,
+    through_medium,
+)
 
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
 inside from the boundary; runs on from a point inside where it has scattered."""
 
 
-@dataclass
-class Leave:
-    """Where light leaves the medium: position and normal."""
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
-    p: object
-    n: object
-
-
-def define():
     class Dipole(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
@@ -94,10 +124,10 @@ def define():
             )
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
-            media = Media(scene)
-            if not media:
+            materials = TranslucentMaterials(scene)
+            if not materials:
                 return self.path.sample(scene, sampler, ray, medium, active)
-            return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active), media)
+            return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active), materials)
 
         def first_hit(self, scene, ray, active):
             """Return what a camera ray meets, behind the emitters if they are hidden."""
@@ -112,7 +142,7 @@ def define():
             return pi
 
         @dr.syntax
-        def trace(self, scene, sampler, ray, active, media):
+        def trace(self, scene, sampler, ray, active, materials):
             profile = PROFILES[self.profile]
             extent = mi.Float(2 * scene.bbox().bounding_sphere().radius)
             dr.make_opaque(extent)
@@ -126,15 +156,9 @@ def define():
             seen = mi.Bool(not self.hide_emitters and scene.environment() is not None)
             pi = self.first_hit(scene, ray, active)
 
-            si_prev = dr.zeros(mi.Interaction3f)
-            pdf_prev = mi.Float(1)
-            delta_prev = mi.Bool(True)
-
+            previous = PreviousVertex.camera()
             kind = mi.UInt32(SURFACE)
-            within = no_medium()
-            leave = Leave(mi.Point3f(0), mi.Normal3f(0))
-            before = mi.Vector3f(0)  # direction of travel before the path scattered
-            boundary = dr.zeros(mi.ShapePtr)
+            interior = Interior.none()
 
             while dr.hint(active, label="Path tracer with diffusion"):
                 si = pi.compute_surface_interaction(ray, mi.RayFlags.All, active)
@@ -145,19 +169,14 @@ def define():
 
                 # ------------------------- inside a medium -------------------------
 
-                if dr.hint(media.passable, mode="scalar"):
-                    inner, crossing = active & (kind == INNER), active & (kind == CROSSING)
-                    u = sampler.next_2d()
-                    far = dr.select(valid, si.t, 1e30)
-                    scatters, s, weight = flight(within, β, far, u)
-                    scatters &= inner
-                    x = dr.select(scatters, ray(s), x)
-                    β = dr.select(inner, β * weight, β)
-                    # The way from x is as if straight; its weight so far is that of the phase.
-                    bent = out(within, si, ray.d, before) / phase(within, dr.dot(ray.d, before))
-                    bent = dr.select(valid & (si.shape == boundary), bent, 0)
-                    β = dr.select(crossing, β * bent, β)
-                    if dr.hint(profile.holds_single_scattering, mode="scalar"):
+                if dr.hint(materials.refract, mode="scalar"):
+                    inside, crossing = active & (kind == INNER), active & (kind == CROSSING)
+                    scatters, distance, weight = through_medium(
+                        interior, β, ray, si, sampler.next_2d(), inside, crossing
+                    )
+                    x = dr.select(scatters, ray(distance), x)
+                    β *= weight
+                    if dr.hint(profile.includes_single_scattering, mode="scalar"):
                         active &= ~scatters
                         scatters = mi.Bool(False)
 
@@ -168,108 +187,72 @@ def define():
                 if dr.hint(self.hide_emitters, mode="scalar"):
                     active &= (depth > 0) | valid | (kind != SURFACE)
                     surface &= active
-                ds = mi.DirectionSample3f(scene, si, si_prev)
-                pdf_em = scene.pdf_emitter_direction(si_prev, ds, surface & ~delta_prev)
-                Le = ds.emitter.eval(si, surface)
-                L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
+                L = dr.fma(β, emission(scene, si, previous, surface), L)
                 active_next = active & (depth + 1 < self.max_depth) & (valid | scatters)
 
                 # ------------------------- emitter sampling -------------------------
 
                 bsdf = si.bsdf(ray)
                 smooth = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-                if dr.hint(not media.mixed, mode="scalar"):
+                if dr.hint(not materials.has_blends, mode="scalar"):
                     smooth &= (bsdf.flags() & SUBSURFACE) == 0
-                active_em = active_next & (entry | scatters | (surface & smooth))
-                vertex = mi.SurfaceInteraction3f(si)
-                vertex.p = x
-                vertex.n = dr.select(scatters, 0, si.n)
-                ds, em_weight = scene.sample_emitter_direction(
-                    vertex, sampler.next_2d(), False, active_em
+                from_x = mi.SurfaceInteraction3f(si)
+                from_x.p = x
+                from_x.n = dr.select(scatters, 0, si.n)
+                light = sample_emitter(
+                    scene,
+                    interior,
+                    from_x,
+                    ray.d,
+                    sampler.next_2d(),
+                    active_next & (entry | scatters | (surface & smooth)),
+                    scatters,
+                    materials.refract,
                 )
-                active_em &= ds.pdf != 0
-                shadow = vertex.spawn_ray_to(ds.p)
-                passage = mi.Spectrum(0)
-                if dr.hint(media.passable, mode="scalar"):
-                    from_inside = active_em & scatters
-                    if from_inside:
-                        si_out = scene.ray_intersect(
-                            shadow, mi.RayFlags.All, coherent=False, active=from_inside
-                        )
-                        passage = out(within, si_out, ds.d, ray.d)
-                        from_inside &= si_out.is_valid() & (si_out.shape == boundary)
-                        passage = dr.select(from_inside, passage, 0)
-                        shadow = dr.select(from_inside, si_out.spawn_ray_to(ds.p), shadow)
-                    active_em &= ~scatters | dr.any(passage > 0)
-                active_em &= ~scene.ray_test(shadow, active_em)
 
                 # --------------- evaluation and sampling in one call ---------------
 
-                u1, u2 = sampler.next_1d(), sampler.next_2d()
-                wo = si.to_local(ds.d)
-                f, pdf, bs, weight = bsdf.eval_pdf_sample(
-                    ctx, si, wo, u1, u2, active_next & surface
-                )
+                d, u1, u2 = light.ds.d, sampler.next_1d(), sampler.next_2d()
+                vertex = at_surface(bsdf, ctx, si, d, u1, u2, active_next & surface)
                 if entry:
-                    above = wo.z > 0
-                    f = dr.select(above, profile.entering(within, leave, si, wo) * wo.z, 0)
-                    pdf = dr.select(above, wo.z * dr.inv_pi, 0)
-                    bs.wo = mi.warp.square_to_cosine_hemisphere(u2)
-                    bs.pdf = bs.wo.z * dr.inv_pi
-                    bs.eta = 1
-                    bs.sampled_type = +mi.BSDFFlags.DiffuseReflection
-                    weight = profile.entering(within, leave, si, bs.wo) * dr.pi
-                w = si.to_world(bs.wo)
-                if dr.hint(media.passable, mode="scalar"):
-                    f = dr.select(scatters, passage, f)
-                    q = phase_mixture(within, β, dr.dot(ds.d, ray.d))
-                    pdf = dr.select(scatters, q, pdf)
-                    w = dr.select(scatters, sample_phase(within, β, ray.d, u1, u2), w)
-                    w = dr.select(crossing, ray.d, w)
-                    cos = dr.dot(w, ray.d)
-                    q = phase_mixture(within, β, cos)
-                    weight = dr.select(scatters, phase(within, cos) / q, weight)
-                    weight = dr.select(crossing, 1, weight)
-                    bs.pdf = dr.select(scatters, q, bs.pdf)
-                    bs.eta = dr.select(scatters | crossing, 1, bs.eta)
-                    bs.eta = dr.select(crossing, dr.rcp(within.eta), bs.eta)
-                    bs.sampled_type = dr.select(scatters | crossing, 0, bs.sampled_type)
-                mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
-                L[active_em] = dr.fma(β, f * em_weight * mis, L)
+                    vertex = at_entry(profile, interior, si, d, u2)
+                if dr.hint(materials.refract, mode="scalar"):
+                    within = interior.medium
+                    scattering = at_scattering(within, β, ray.d, d, light.arrives, u1, u2)
+                    vertex = dr.select(scatters, scattering, vertex)
+                    vertex = dr.select(crossing, at_crossing(within, ray.d), vertex)
+                mis = dr.select(light.ds.delta, 1, power_heuristic(light.ds.pdf, vertex.pdf))
+                L[light.active] = dr.fma(β, vertex.f * light.weight * mis, L)
 
                 # ------------------------- next vertex -------------------------
 
-                β *= weight
-                η *= bs.eta
-                goes_in = active_next & surface & ((bs.sampled_type & SUBSURFACE) != 0)
-                diffuses = goes_in & mi.has_flag(bs.sampled_type, mi.BSDFFlags.DiffuseReflection)
-                refracted = mi.has_flag(bs.sampled_type, mi.BSDFFlags.DeltaTransmission)
-                before = dr.select(scatters, ray.d, before)
-                seen |= active_next & ~mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+                β *= vertex.weight
+                η *= vertex.eta
+                chosen = vertex.sampled_type
+                goes_in = active_next & surface & ((chosen & SUBSURFACE) != 0)
+                diffuses = goes_in & mi.has_flag(chosen, mi.BSDFFlags.DiffuseReflection)
+                refracted = mi.has_flag(chosen, mi.BSDFFlags.DeltaTransmission)
+                seen |= active_next & ~mi.has_flag(chosen, mi.BSDFFlags.Null)
                 same_way = crossing | diffuses
-                si_prev = dr.select(same_way, si_prev, mi.Interaction3f(vertex))
-                pdf_prev = dr.select(same_way, pdf_prev, bs.pdf)
-                delta_prev = dr.select(
-                    same_way, delta_prev, mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
-                )
+                delta = mi.has_flag(chosen, mi.BSDFFlags.Delta)
+                here = PreviousVertex(mi.Interaction3f(from_x), vertex.pdf_w, delta)
+                previous = dr.select(same_way, previous, here)
                 depth[active_next & ~(same_way | (goes_in & refracted))] += 1
-                from_x = mi.Ray3f(x, w, ray.time, ray.wavelengths)
-                ray = dr.select(scatters, from_x, si.spawn_ray(w))
+                interior.before = dr.select(scatters, ray.d, interior.before)
+                interior.boundary = dr.select(goes_in, si.shape, interior.boundary)
+                if goes_in:
+                    inner_bsdf = materials.translucent(bsdf)
+                    interior.medium = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
+                    interior.exit = ExitPoint(mi.Point3f(si.p), mi.Normal3f(si.n))
+                straight = mi.Ray3f(x, vertex.w, ray.time, ray.wavelengths)
+                ray = dr.select(scatters, straight, si.spawn_ray(vertex.w))
                 kind = dr.select(scatters, mi.UInt32(CROSSING), SURFACE)
                 kind = dr.select(goes_in, dr.select(diffuses, mi.UInt32(ENTRY), INNER), kind)
-                boundary = dr.select(goes_in, si.shape, boundary)
-                if goes_in:
-                    inner_bsdf = media.translucent(bsdf)
-                    within = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
 
                 # ------------------------- roulette -------------------------
 
-                β_max = dr.max(β)
-                survival = dr.minimum(β_max * η * η, 0.95)
-                roulette = depth >= self.rr_depth
-                survives = sampler.next_1d() < survival
-                β[roulette] *= dr.rcp(survival)
-                active = active_next & (~roulette | survives) & (β_max != 0)
+                β, goes_on = russian_roulette(β, η, depth, self.rr_depth, sampler.next_1d())
+                active = active_next & goes_on
 
                 # ------------------------- next hit -------------------------
 
@@ -277,11 +260,11 @@ def define():
                 u1, u2, u3 = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
                 diffuses &= active
                 if diffuses:
-                    found = find_entry(scene, si, profile(within, extent), β, u1, u2, u3, diffuses)
+                    below = profile(interior.medium, extent)
+                    found = find_entry(scene, si, below, β, u1, u2, u3, diffuses)
                     β = β * found.weight
                     ray = found.ray
                     pi = found.pi
-                    leave = Leave(mi.Point3f(si.p), mi.Normal3f(si.n))
                 active &= ~diffuses | dr.any(β > 0)
 
             return L, seen, []
@@ -292,7 +275,4 @@ def define():
                 f"rr_depth={self.rr_depth}]"
             )
 
-    mi.register_integrator("dipole", Dipole)
-
-
-on_every_variant(define)
+    return Dipole

@@ -1,38 +1,64 @@
-"""Path tracer for dispersive glass (`dispersivepath`)
-======================================================
+r"""Path tracer for dispersive glass (``dispersivepath``)
+=====================================================
 
-===============  ========  ===========================================================
-parameter        type      meaning
-===============  ========  ===========================================================
-``min_depth``    integer   shortest path that counts: 2 leaves out emitters that are seen,
-                           3 direct light, too (default 1)
-``max_depth``    integer   longest path: 1 shows emitters alone, 2 adds direct light;
-                           -1 for no limit (default -1)
-``rr_depth``     integer   depth from which Russian roulette ends paths (default 5)
-===============  ========  ===========================================================
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``min_depth``
+     - integer
+     - Shortest path that counts, 1 or more: 2 leaves out emitters that are seen, 3 direct light,
+       too. Default: 1.
+   * - ``max_depth``
+     - integer
+     - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Must be false: emitters are always visible. Default: false.
 
 The estimator is that of the stock ``path`` (emitter sampling and BSDF sampling combined by the
 power heuristic) and, without dispersion, gives the same picture from the same random numbers. At
-the first dispersive refraction of a path it drops all wavelengths but the first and multiplies
-the throughput by their number, once: see `relume.bsdfs.dispersion`. It needs a spectral variant
-for that; elsewhere it is a plain path tracer. Emitters are always visible. Primal rendering only:
-to differentiate a scene use ``prb``, which treats dispersion without bias, if with more noise.
+the first dispersive refraction of a path it drops all wavelengths but the first and multiplies the
+throughput by their number, once: see `relume.bsdfs.dispersion`. It needs a spectral variant for
+that; elsewhere it is a plain path tracer. Primal rendering only: to differentiate a scene use
+``prb``, which treats dispersion without bias, if with more noise.
+
+**Source.** A. Wilkie et al., "Hero Wavelength Spectral Sampling", Computer Graphics Forum 2014,
+without its combination of techniques.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones; dispersion in the
+spectral ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    from relume import bsdfs, integrators
-    mi.load_dict({'type': 'dispersivepath', 'max_depth': 16})
+    {'type': 'dispersivepath', 'max_depth': 16}
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
-from relume.integrators.common import path_depths, power_heuristic
+from relume.integrators.common import (
+    PreviousVertex,
+    emission,
+    path_depths,
+    power_heuristic,
+    russian_roulette,
+)
 
-from relume.registration import on_every_variant
 
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
-def define():
     class DispersivePath(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
@@ -44,7 +70,7 @@ def define():
                 raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
 
         def with_depth_range(self, min_depth, max_depth):
-            """The same integrator for the light of paths of some lengths alone."""
+            """Return the same integrator for paths of these depths alone."""
             return mi.load_dict(
                 {
                     "type": "dispersivepath",
@@ -69,9 +95,7 @@ def define():
             dispersed = mi.Bool(False)  # is wavelength 0 the only one left?
             active = mi.Bool(active)
 
-            si_prev = dr.zeros(mi.Interaction3f)
-            pdf_prev = mi.Float(1)
-            delta_prev = mi.Bool(True)
+            previous = PreviousVertex.camera()
 
             while dr.hint(active, label="Dispersive path tracer"):
                 # Embree's coherent traversal gains nothing here and loses a third under `pssmlt`.
@@ -81,13 +105,10 @@ def define():
 
                 # ---------------------------- emission ----------------------------
 
-                ds = mi.DirectionSample3f(scene, si, si_prev)
-                pdf_em = scene.pdf_emitter_direction(si_prev, ds, active & ~delta_prev)
                 shown = mi.Bool(active)
                 if dr.hint(self.min_depth > 1, mode="scalar"):
                     shown &= depth + 1 >= self.min_depth
-                Le = ds.emitter.eval(si, shown)
-                L = dr.fma(β, Le * power_heuristic(pdf_prev, pdf_em), L)
+                L = dr.fma(β, emission(scene, si, previous, shown), L)
                 active_next = active & (depth + 1 < self.max_depth) & si.is_valid()
 
                 # ------------------------- emitter sampling -------------------------
@@ -116,26 +137,21 @@ def define():
 
                 # ------------------------- hero wavelength -------------------------
 
-                parts = ~dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
-                β *= weight * dr.select(parts, mi.Float(wavelengths), 1)
-                dispersed |= parts & active_next
+                disperses = ~dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
+                β *= weight * dr.select(disperses, mi.Float(wavelengths), 1)
+                dispersed |= disperses & active_next
 
                 # ------------------------- next vertex, roulette -------------------------
 
                 ray = si.spawn_ray(si.to_world(bs.wo))
                 η *= bs.eta
                 seen |= active & si.is_valid()
-                si_prev = mi.Interaction3f(si)
-                pdf_prev = bs.pdf
-                delta_prev = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+                delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+                previous = PreviousVertex(mi.Interaction3f(si), bs.pdf, delta)
 
                 depth[si.is_valid()] += 1
-                β_max = dr.max(β)
-                survival = dr.minimum(β_max * η * η, 0.95)
-                roulette = depth >= self.rr_depth
-                survives = sampler.next_1d() < survival
-                β[roulette] *= dr.rcp(survival)
-                active = active_next & (~roulette | survives) & (β_max != 0)
+                β, goes_on = russian_roulette(β, η, depth, self.rr_depth, sampler.next_1d())
+                active = active_next & goes_on
 
             return L, seen, []
 
@@ -145,7 +161,4 @@ def define():
                 f"rr_depth={self.rr_depth}]"
             )
 
-    mi.register_integrator("dispersivepath", DispersivePath)
-
-
-on_every_variant(define)
+    return DispersivePath

@@ -1,4 +1,6 @@
-"""What the Metropolis integrators share: the pilot, the seeds, the figures and the frame."""
+"""What `pssmlt` and `erpt` share: the pilot, the seeds of the chains and the statistics."""
+
+from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
@@ -6,17 +8,19 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
-from relume.integrators.primarysamples import MUTATIONS, Paths
-from relume.integrators.uniformsamples import pixel_means, uniform_samples
 
-PILOT = 2**15
+from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
+from relume.integrators.markovchains import ChainResults
+from relume.integrators.primarysamples import MUTATIONS, PathSampler
+from relume.integrators.uniformsamples import Samples, pixel_means, uniform_samples
+
+PILOT_SAMPLES = 2**15
 """Uniform samples of each half of the pilot."""
 
-FEWEST = 2**11
-"""Uniform samples of each half of the bootstrap, at least: with few seeds small films are noisy."""
+MIN_BOOTSTRAP_SAMPLES = 2**11
+"""Least uniform samples of each half of the bootstrap: with few seeds small films are noisy."""
 
-DIRECT = 2
+MAX_DIRECT_DEPTH = 2
 """Longest path of direct light."""
 
 
@@ -27,17 +31,19 @@ class Pilot:
     Attributes:
         importance: (pixels,) 1/m.
         b: guess of the mean of I; 0 if no light was found.
-        spread: mean of I² over b².
+        second_moment: mean of I² over b².
     """
 
     importance: np.ndarray
     b: float
-    spread: float
+    second_moment: float
 
     @classmethod
-    def of(cls, paths):
-        """The pilot of the paths of a scene."""
-        samples = uniform_samples(paths, PILOT, seed=0)
+    def of(cls, paths: PathSampler) -> Pilot:
+        """Trace the pilot of a scene."""
+        from scipy.ndimage import gaussian_filter
+
+        samples = uniform_samples(paths, PILOT_SAMPLES, seed=0)
         Y = samples.luminance
         mean = Y.mean()
         if mean == 0:
@@ -48,93 +54,94 @@ class Pilot:
         hits = np.bincount(samples.pixel, minlength=paths.pixels)
         shape = (paths.height, paths.width)
         sigma = max(shape) / 40
-        rough = blurred(picture.reshape(shape), sigma) / blurred(hits.reshape(shape), sigma)
+        light, count = (
+            gaussian_filter(x.reshape(shape).astype(float), sigma, mode="nearest", truncate=3)
+            for x in (picture, hits)
+        )
+        rough = light / count
         m = np.sqrt(rough**2 + 0.01 * mean**2)
         importance = (m.mean() / m).ravel().astype(np.float32)
         I = Y * importance[samples.pixel]
         return cls(importance, I.mean(), np.mean(I**2) / I.mean() ** 2)
 
 
-def blurred(picture, sigma):
-    """A picture (height, width) under a Gaussian of `sigma` pixels, continued by its edges."""
-    radius = int(np.ceil(3 * sigma))
-    kernel = np.exp(-0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2)
-    kernel /= kernel.sum()
-    for _ in range(2):
-        wide = np.pad(picture, ((0, 0), (radius, radius)), mode="edge")
-        rows = [np.convolve(row, kernel, "valid") for row in wide]
-        picture = np.array(rows).T
-    return picture
-
-
-def resampled(I, chains, u):
-    """Indices of seeds of `chains` chains, each chosen with probability in proportion to I (n,).
+def systematic_resampling(I: np.ndarray, chains: int, u: float) -> np.ndarray:
+    """Draw the samples that chains start from, with probability in proportion to I.
 
     Args:
         I: (n,) targets of the samples.
-        chains: how many.
-        u: number in [0, 1) that shifts the comb (systematic resampling).
+        chains: how many to draw.
+        u: number in [0, 1), the offset of the comb.
+
+    Returns:
+        (chains,) indices.
     """
     cumulated = np.cumsum(I)
     teeth = (np.arange(chains) + u) * (cumulated[-1] / chains)
     return np.minimum(np.searchsorted(cumulated, teeth, side="right"), len(I) - 1)
 
 
-class Tally:
-    """Figures of all renders so far."""
+class Statistics:
+    """What the chains of all renders so far have done."""
 
-    def __init__(self):
-        self.uniform = self.Y = self.YY = 0.0
+    def __init__(self) -> None:
+        self.uniform = self.sum_Y = self.sum_YY = 0.0
         self.small = self.accepted_small = self.large = self.accepted_large = 0.0
-        self.seeds = self.longest = 0.0
-        self.handed_over = ""
+        self.seeds = self.longest_rejection = 0.0
+        self.fallback_reason = ""
         self.direct_samples = 0
 
-    def add_uniform(self, n, Y, YY):
-        self.uniform, self.Y, self.YY = self.uniform + n, self.Y + Y, self.YY + YY
+    def add_uniform(self, n: float, sum_Y: float, sum_YY: float) -> None:
+        """Add n uniform samples by the sums of their luminance and of its square."""
+        self.uniform += n
+        self.sum_Y += sum_Y
+        self.sum_YY += sum_YY
 
-    def add_samples(self, samples):
+    def add_samples(self, samples: Samples) -> None:
+        """Add `Samples`."""
         Y = samples.luminance
         self.add_uniform(len(Y), Y.sum(), np.sum(Y * Y))
 
-    def add_walked(self, walked, mutations):
-        large = walked.large.sum()
-        self.add_uniform(large, walked.luminance.sum(), walked.squared.sum())
+    def add_chains(self, found: ChainResults, mutations: int) -> None:
+        """Add `ChainResults` of so many mutations."""
+        large = found.large_steps.sum()
+        self.add_uniform(large, found.luminance.sum(), found.squared.sum())
         self.large += large
         self.small += mutations - large
-        self.accepted_large += walked.accepted_large.sum()
-        self.accepted_small += walked.accepted_small.sum()
-        self.longest = max(self.longest, walked.longest.max())
+        self.accepted_large += found.accepted_large.sum()
+        self.accepted_small += found.accepted_small.sum()
+        self.longest_rejection = max(self.longest_rejection, found.longest_rejection.max())
 
-    def lines(self):
-        """The report, line by line."""
+    def lines(self) -> list[str]:
+        """Return the report, a string for each line."""
         if not self.uniform:
             return []
-        b = self.Y / self.uniform
-        error = np.sqrt(max(self.YY / self.uniform - b * b, 0) / self.uniform)
+        b = self.sum_Y / self.uniform
+        variance = max(self.sum_YY / self.uniform - b * b, 0)
+        error = np.sqrt(variance / self.uniform)
         lines = [f"mean luminance b = {b:.5g}, standard error {error:.2g}"]
-        if self.handed_over:
-            return [*lines, f"{self.handed_over}: rendered by plain sampling"]
+        if self.fallback_reason:
+            return [*lines, f"{self.fallback_reason}: rendered by independent samples"]
         if self.direct_samples:
             lines[0] += ", without direct light"
-            lines.append(f"direct light: {self.direct_samples} plain samples a pixel")
+            lines.append(f"direct light: {self.direct_samples} independent samples per pixel")
         small = self.accepted_small / max(self.small, 1)
         large = self.accepted_large / max(self.large, 1)
         return [
             *lines,
             f"accepted: {small:.1%} of small steps, {large:.1%} of large steps;"
-            f" longest run of rejections {self.longest:.0f}",
+            f" longest run of rejections {self.longest_rejection:.0f}",
             f"chains from {self.seeds:.0f} effective seeds",
         ]
 
 
-def effective(I, chains):
-    """Effective number of different seeds among `chains` resampled by I (n,)."""
+def effective_seeds(I: np.ndarray, chains: int) -> float:
+    """Return the effective number of different seeds among `chains` resampled by I (n,)."""
     square = np.sum(I * I)
     return min(chains, np.sum(I) ** 2 / square) if square else 0.0
 
 
-def mutation_sizes(name, props):
+def mutation_sizes(name: str, props: mi.Properties) -> tuple[float, float]:
     """The sizes of a mutation.
 
     Raises:
@@ -150,21 +157,21 @@ def mutation_sizes(name, props):
 
 
 @functools.cache
-def metropolis_class(_variant):
+def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
     """The base class of both integrators under the variant in use."""
 
     class Metropolis(mi.AdjointIntegrator):
-        """The part of an integrator that both methods share; `picture` is theirs.
+        """The part of an integrator that both methods share; `render_chains` is theirs.
 
         Attributes:
             nested: the integrator that traces paths.
-            bootstrap: uniform samples to each mutation.
+            bootstrap: uniform samples per mutation.
             resampling: whether each render draws them anew.
             mutation, s1, s2: kind of small steps and their sizes.
-            direct_samples: ordinary samples to each mutation for direct light; 0 leaves it to the
-                chains.
+            direct_samples: independent samples per mutation for direct light; with 0 the chains
+                render it.
             direct, chained: the integrators of direct light and of what the chains find.
-            tally: `Tally` of all renders.
+            statistics: `Statistics` of all renders.
         """
 
         def __init__(self, props):
@@ -181,10 +188,10 @@ def metropolis_class(_variant):
                 raise ValueError(f"direct_samples is {self.direct_samples}, but must be 0 or more")
             self.chained = self.nested
             if self.direct_samples:
-                self.direct = with_depth_range(self.nested, 1, DIRECT)
-                self.chained = with_depth_range(self.nested, DIRECT + 1, NO_LIMIT)
+                self.direct = with_depth_range(self.nested, 1, MAX_DIRECT_DEPTH)
+                self.chained = with_depth_range(self.nested, MAX_DIRECT_DEPTH + 1, NO_LIMIT)
             self.pilots = {}
-            self.tally = Tally()
+            self.statistics = Statistics()
 
         def aov_names(self):
             return []
@@ -193,61 +200,61 @@ def metropolis_class(_variant):
             cb.put("paths", self.nested, mi.ParamFlags.NonDifferentiable)
 
         def report(self):
-            """What the chains did in all renders: lines of text."""
-            return self.tally.lines()
+            """Return what the chains have done in all renders, as lines of text."""
+            return self.statistics.lines()
 
         def render(self, scene, sensor=0, seed=0, spp=0, develop=True, evaluate=True):
             sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
             spp = spp or sensor.sampler().sample_count()
             rng = np.random.default_rng(int(np.array(seed).ravel()[0]))
-            paths = Paths(scene, sensor, self.chained)
+            paths = PathSampler(scene, sensor, self.chained)
             with dr.suspend_grad():
-                picture = self.whole(paths, rng, spp)
+                picture = self.render_image(paths, rng, spp)
             shape = (paths.height, paths.width, 3)
             return mi.TensorXf(picture.ravel().astype(np.float32), shape)
 
-        def whole(self, paths, rng, spp):
-            """The mean of a render, with all its light: (pixels, 3)."""
+        def render_image(self, paths, rng, spp):
+            """Render all light: mean colours (pixels, 3)."""
             pilot = self.pilot(paths)
-            self.tally.handed_over = self.why_plain(pilot)
-            if self.tally.handed_over:
-                mean, *sums = self.plain(paths, self.nested, rng, spp)
-                self.tally.add_uniform(spp * paths.pixels, *sums)
+            self.statistics.fallback_reason = self.fallback_reason(pilot)
+            if self.statistics.fallback_reason:
+                mean, *sums = self.independent_samples(paths, self.nested, rng, spp)
+                self.statistics.add_uniform(spp * paths.pixels, *sums)
                 return mean
-            picture = self.picture(paths, pilot, rng, spp)
+            picture = self.render_chains(paths, pilot, rng, spp)
             if self.direct_samples:
                 count = max(1, round(self.direct_samples * spp))
-                self.tally.direct_samples += count
-                picture += self.plain(paths, self.direct, rng, count)[0]
+                self.statistics.direct_samples += count
+                picture += self.independent_samples(paths, self.direct, rng, count)[0]
             return picture
 
-        def why_plain(self, pilot):
-            """Why a scene is left to plain sampling, in words; empty if it is not."""
+        def fallback_reason(self, pilot):
+            """Return why independent samples render instead of chains; empty if chains do."""
             return "" if pilot.b else "the pilot found no light"
 
         def pilot(self, paths):
-            # A pilot that no longer fits, as the scene has changed, is no error.
-            name = (paths.sensor.ptr, paths.width, paths.height)
-            if name not in self.pilots:
-                self.pilots[name] = Pilot.of(paths)
-            return self.pilots[name]
+            """The `Pilot`; one that no longer fits, as the scene has changed, is no error."""
+            key = (paths.sensor.ptr, paths.width, paths.height)
+            if key not in self.pilots:
+                self.pilots[key] = Pilot.of(paths)
+            return self.pilots[key]
 
         def seeds(self, rng):
             """Seeds of the bootstrap and of the chains."""
             bootstrap, chains = (int(x) for x in rng.integers(2**31, size=2))
             return (bootstrap if self.resampling else 1), chains
 
-        def boot(self, paths, pilot, seed, spp):
-            """The bootstrap: `Samples`, and I of each half (2, count)."""
-            count = max(FEWEST, round(self.bootstrap * spp * paths.pixels / 2))
+        def bootstrap_samples(self, paths, pilot, seed, spp):
+            """Trace the bootstrap: `Samples`, and I of each half (2, count)."""
+            count = max(MIN_BOOTSTRAP_SAMPLES, round(self.bootstrap * spp * paths.pixels / 2))
             samples = uniform_samples(paths, count, seed)
-            self.tally.add_samples(samples)
+            self.statistics.add_samples(samples)
             target = samples.luminance * pilot.importance[samples.pixel]
             return samples, target.reshape(2, count)
 
-        def plain(self, paths, integrator, rng, spp):
-            """The picture of an integrator by plain sampling: see `pixel_means`."""
-            paths = Paths(paths.scene, paths.sensor, integrator)
+        def independent_samples(self, paths, integrator, rng, spp):
+            """Render with an integrator by independent samples: see `pixel_means`."""
+            paths = PathSampler(paths.scene, paths.sensor, integrator)
             return pixel_means(paths, spp, int(rng.integers(2**31)))
 
     return Metropolis

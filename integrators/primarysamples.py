@@ -9,29 +9,43 @@ Random numbers are a hash of a key (64 bits) and the dimension: whoever knows th
 any of them again, in any order, and nothing need be stored.
 """
 
+from __future__ import annotations
+
 import functools
 import math
+from collections.abc import Callable
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
+from relume.sensors.colors import absolute_luminance
+from relume.sensors.pixelsamples import sample_pixels
+
 BELOW_ONE = 1 - 2.0**-24
 """The largest number that a sampler may return in single precision."""
 
+Key = tuple[Any, Any]
+"""Two words, ``mi.UInt32``, from which a row of random numbers follows."""
 
-def half_mixed(x):
+Numbers = Callable[[Any], Any]
+"""A row of numbers: from a dimension, ``mi.UInt32``, to the number in [0, 1), ``mi.Float``."""
+
+
+def half_hash(x: mi.UInt32) -> mi.UInt32:
+    """The first of the two rounds of `hash_u32`."""
     x = x ^ (x >> 16)
     x = x * 0x7FEB352D
     return x ^ (x >> 15)
 
 
-def hash_u32(x):
+def hash_u32(x: mi.UInt32) -> mi.UInt32:
     """A permutation of the 32-bit integers: every bit of the result depends on every bit of `x`."""
-    x = half_mixed(x) * 0x846CA68B
+    x = half_hash(x) * 0x846CA68B
     return x ^ (x >> 16)
 
 
-def key(index, seed):
+def key(index: mi.UInt32, seed: mi.UInt32) -> Key:
     """Keys of independent rows of random numbers.
 
     Args:
@@ -45,35 +59,35 @@ def key(index, seed):
     return first, hash_u32(first ^ 0x51ED270B)
 
 
-def uniform(key, dimension):
+def uniform(key: Key, dimension: mi.UInt32) -> mi.Float:
     """The random number in [0, 1) of a key and a dimension (`mi.UInt32`)."""
-    x = half_mixed(key[0] + dimension * 0x9E3779B9) ^ key[1]
+    x = half_hash(key[0] + dimension * 0x9E3779B9) ^ key[1]
     x = x * 0x846CA68B
     return mi.Float((x ^ (x >> 16)) >> 8) * 2.0**-24
 
 
-def kelemen(r, _, s1, s2):
+def kelemen(r: mi.Float, _: mi.Float, s1: float, s2: float) -> mi.Float:
     """Offset of size between `s1` and `s2`, its logarithm uniform (Kelemen et al., section 4)."""
     size = s2 * dr.exp(-math.log(s2 / s1) * dr.abs(2 * r - 1))
     return dr.select(r < 0.5, -size, size)
 
 
-def mixed_sizes(r, q, s1, s2):
+def mixed_sizes(r: mi.Float, q: mi.Float, s1: float, s2: float) -> mi.Float:
     """`kelemen`, or with probability 1/2 an offset up to a size that is the same for all numbers.
 
-    A path that bears small changes alone is left only if all of its numbers move little at once.
+    Some bright paths survive only small changes: all of their numbers have to move little at once.
     """
     size = s2 * dr.exp(-math.log(s2 / s1) * 2 * q)
     return dr.select(q < 0.5, (2 * r - 1) * size, kelemen(r, q, s1, s2))
 
 
-def lux(r, _, s1, s2):
-    """Offset of density proportional to 1 / (|offset| + c)², as in LuxRender (language 13.6)."""
+def lux(r: mi.Float, _: mi.Float, s1: float, s2: float) -> mi.Float:
+    """Offset x of density proportional to ``1 / (|x| + c)²``, as in LuxRender (language 13.6)."""
     size = s1 / (s1 / s2 + dr.abs(2 * r - 1)) - s1 / (s1 / s2 + 1)
     return dr.select(r < 0.5, -size, size)
 
 
-def gaussian(r, _, __, s2):
+def gaussian(r: mi.Float, _: mi.Float, __: float, s2: float) -> mi.Float:
     """Offset of the normal distribution with standard deviation `s2`."""
     return s2 * math.sqrt(2) * dr.erfinv(dr.clip(2 * r - 1, -BELOW_ONE, BELOW_ONE))
 
@@ -88,17 +102,19 @@ MUTATIONS = {
 offset follows from a number in [0, 1) of its own and one of the whole step."""
 
 
-def moved(u, offset):
-    """A number moved by an offset on the circle of circumference 1."""
+def perturb(u: mi.Float, offset: mi.Float) -> mi.Float:
+    """Move a number by an offset on the circle of circumference 1."""
     u = u + offset
     return dr.minimum(u - dr.floor(u), BELOW_ONE)
 
 
 @functools.cache
-def sampler_class(_variant):
+def sampler_class(_variant: str) -> type[mi.Sampler]:
     """The class of samplers that hand out the numbers of a function, under the variant in use."""
 
     class PrimarySampler(mi.Sampler):
+        unordered = True  # neighbouring rays go where they like, from the camera on
+
         # The function is no part of the state that a loop carries, only the dimension is.
         def __init__(self, number, dimension):
             mi.Sampler.__init__(self, mi.Properties())
@@ -117,17 +133,8 @@ def sampler_class(_variant):
     return PrimarySampler
 
 
-def luminance(f):
-    """The scalar contribution of a colour: its luminance, of absolute values, as spectra may give
-    colours that RGB cannot hold. No channel is above `PEAK` times it."""
-    return dr.dot(dr.abs(f), mi.Color3f(0.2126, 0.7152, 0.0722))
-
-
-PEAK = 1 / 0.0722
-
-
-class Paths:
-    """The paths that an integrator finds through a sensor.
+class PathSampler:
+    """Traces the paths that an integrator finds through a sensor.
 
     Args:
         scene: `mi.Scene`.
@@ -135,19 +142,22 @@ class Paths:
         integrator: `mi.SamplingIntegrator`.
     """
 
-    def __init__(self, scene, sensor, integrator):
+    def __init__(
+        self, scene: mi.Scene, sensor: mi.Sensor, integrator: mi.SamplingIntegrator
+    ) -> None:
         self.scene = scene
         self.sensor = sensor
         self.integrator = integrator
         self.width, self.height = (int(x) for x in sensor.film().crop_size())
         self.pixels = self.width * self.height
-        self.tent = sensor.film().rfilter().class_name() == "TentFilter"
         # Opaque: films of all sizes share a kernel.
         self.size = mi.Vector2f(self.width, self.height)
-        self.columns, self.count = mi.UInt32(self.width), mi.UInt32(self.pixels)
-        dr.make_opaque(self.size, self.columns, self.count)
+        self.columns, self.pixel_count = mi.UInt32(self.width), mi.UInt32(self.pixels)
+        dr.make_opaque(self.size, self.columns, self.pixel_count)
 
-    def stratum(self, i, n, jitter, u):
+    def film_position(
+        self, i: mi.UInt32, n: mi.UInt32, jitter: mi.Float, u: mi.Point2f
+    ) -> mi.Point2f:
         """Film position of sample `i` of `n` that are spread evenly over the pixels.
 
         Args:
@@ -159,13 +169,13 @@ class Paths:
         Returns:
             `mi.Point2f` in [0, 1)².
         """
-        place = (mi.Float64(i) + mi.Float64(jitter)) * mi.Float64(self.count) / mi.Float64(n)
-        pixel = dr.minimum(mi.UInt32(place), self.count - 1)
+        place = (mi.Float64(i) + mi.Float64(jitter)) * mi.Float64(self.pixel_count) / mi.Float64(n)
+        pixel = dr.minimum(mi.UInt32(place), self.pixel_count - 1)
         y = pixel // self.columns
         x = pixel - y * self.columns
         return dr.minimum((mi.Point2f(x, y) + u) / self.size, BELOW_ONE)
 
-    def trace(self, number):
+    def trace(self, number: Numbers) -> tuple[mi.Color3f, mi.UInt32, mi.UInt32]:
         """Trace the path of a row of numbers.
 
         Args:
@@ -178,22 +188,15 @@ class Paths:
         on_film = mi.Point2f(number(mi.UInt32(0)), number(mi.UInt32(1))) * self.size
         corner = mi.Point2u(on_film)
         in_pixel = on_film - mi.Point2f(corner)
-        if self.tent:
-            in_pixel = 0.5 + 0.5 * mi.warp.square_to_tent(in_pixel)
         sampler = sampler_class(mi.variant())(number, 2)
-        lens = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
-        position = (mi.Point2f(corner) + in_pixel) / self.size
-        ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, lens)
-        medium = self.sensor.get_medium()
-        L, *_ = self.integrator.sample(self.scene, sampler, ray, medium)
-        f = color(mi.unpolarized_spectrum(L * weight), ray)
-        f = dr.select(dr.isfinite(luminance(f)), f, 0)
+        f = sample_pixels(
+            self.scene,
+            self.sensor,
+            self.integrator,
+            sampler,
+            mi.Point2f(corner),
+            in_pixel,
+            self.size,
+        )
+        f = dr.select(dr.isfinite(absolute_luminance(f)), f, 0)
         return f, corner.y * self.columns + corner.x, mi.UInt32(sampler.dimension)
-
-
-def color(L, ray):
-    """Linear RGB of the radiance along a ray."""
-    if mi.is_spectral:
-        return mi.spectrum_to_srgb(L, ray.wavelengths)
-    return mi.Color3f(L[0]) if mi.is_monochromatic else mi.Color3f(L)

@@ -8,11 +8,14 @@ visits every hit on the same object; one of them is kept, with a probability in 
 it carries, for all of them.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
-from relume.integrators.diffusion import pick
+
+from relume.integrators.diffusion import Standard, sample_channel
 
 AXES = (0.5, 0.25, 0.25)
 """Probabilities of the normal and the two tangents."""
@@ -33,12 +36,12 @@ class Entry:
         weight: ``mi.Spectrum``, the profile's `weight` over the density of the point.
     """
 
-    ray: object
-    pi: object
-    weight: object
+    ray: mi.Ray3f
+    pi: mi.PreliminaryIntersection3f
+    weight: mi.Spectrum
 
 
-def choose_axis(n, sample):
+def choose_axis(n: mi.Normal3f, sample: mi.Float) -> tuple[mi.Frame3f, mi.Frame3f]:
     """Return the frame whose z is the drawn axis, among the normal `n` and two tangents."""
     frame = mi.Frame3f(n)
     first, second = sample < AXES[0], sample < AXES[0] + AXES[1]
@@ -47,7 +50,9 @@ def choose_axis(n, sample):
     return frame, mi.Frame3f(x, dr.cross(z, x), z)
 
 
-def density(profile, p_channel, frame, d, n):
+def density(
+    profile: Standard, p_channel: mi.Spectrum, frame: mi.Frame3f, d: mi.Vector3f, n: mi.Normal3f
+) -> mi.Float:
     """Return the density per area of the surface of a point at the offset `d` with normal `n`."""
     total = mi.Float(0)
     local_d, local_n = frame.to_local(d), frame.to_local(n)
@@ -60,7 +65,16 @@ def density(profile, p_channel, frame, d, n):
 
 
 @dr.syntax
-def find_entry(scene, si, profile, throughput, sample1, sample2, sample3, active):
+def find_entry(
+    scene: mi.Scene,
+    si: mi.SurfaceInteraction3f,
+    profile: Standard,
+    throughput: mi.Spectrum,
+    sample1: mi.Point2f,
+    sample2: mi.Point2f,
+    sample3: mi.Float,
+    active: mi.Bool,
+) -> Entry:
     """Draw a point where light that leaves at `si` has entered.
 
     Args:
@@ -76,7 +90,7 @@ def find_entry(scene, si, profile, throughput, sample1, sample2, sample3, active
     Returns:
         `Entry`; its weight is 0 where no point was found.
     """
-    channel, p_channel = pick(throughput * profile.R_d, sample1.x)
+    channel, p_channel = sample_channel(throughput * profile.R_d, sample1.x)
     frame, disk = choose_axis(si.n, sample1.y)
     r = profile.sample_radius(channel, sample2.x)
     sin, cos = dr.sincos(dr.two_pi * sample2.y)

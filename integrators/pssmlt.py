@@ -1,41 +1,53 @@
-r"""Metropolis light transport in primary sample space (`pssmlt`)
-=============================================================
+r"""Metropolis light transport in primary sample space (``pssmlt``)
+===============================================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - (nested): integrator
-     - Sampling integrator that traces the paths.
-   * - bootstrap: float
-     - Uniform samples to each mutation, from which chains start; above 0. They go to the picture,
-       too. With few, single bright paths stand for much light. (Default: 0.25)
-   * - resampling: boolean
-     - Draw them anew for each render, or the same ones for all. (Default: true)
-   * - large_step_probability: float
-     - Probability of a proposal that is independent of the current path, 0 to 1. (Default: 0.3)
-   * - mutation: string
+   * - (nested)
+     - integrator
+     - Sampling integrator that traces the paths. Required.
+   * - ``bootstrap``
+     - float
+     - Uniform samples per mutation, from which chains start; above 0. They go to the picture, too.
+       With few, single bright paths stand for much light. Default: 0.25.
+   * - ``resampling``
+     - boolean
+     - Draw them anew for each render, instead of the same ones for all. Default: true.
+   * - ``large_step_probability``
+     - float
+     - Probability of a proposal that is independent of the current path, in [0, 1]. Default: 0.3.
+   * - ``mutation``
+     - string
      - Small steps: ``kelemen``, where each number moves by a size of its own whose logarithm is
        uniform; ``mixed``, half of whose steps have one such size for all numbers; ``lux``, as in
-       LuxRender; or ``gaussian``. (Default: ``mixed``)
-   * - mutation_size_min, mutation_size_max: float
-     - Sizes of small steps in primary sample space; ``gaussian`` has the standard deviation
-       ``mutation_size_max``. (Defaults: 1/2048 and 1/32; ``kelemen`` and ``gaussian``: 1/1024 and
-       1/64; ``lux``: 1/512 and 1/16)
-   * - chains: integer
+       LuxRender; or ``gaussian``. Default: ``mixed``.
+   * - ``mutation_size_min``, ``mutation_size_max``
+     - float
+     - Sizes of small steps in primary sample space, rising from above 0 to 0.5; ``gaussian`` has
+       the standard deviation ``mutation_size_max``. Default: 1/2048 and 1/32 for ``mixed``, 1/1024
+       and 1/64 for ``kelemen`` and ``gaussian``, 1/512 and 1/16 for ``lux``.
+   * - ``chains``
+     - integer
      - Number of Markov chains, 2 or more; fewer if a render has few mutations. Few long chains
-       carry light further from where it was found than many short ones, but keep less of a
-       machine busy. (Default: 256, on a GPU 16384)
-   * - direct_samples: float
-     - Ordinary samples to each mutation, at least one of a pixel, that find emitters and direct
-       light; 0 leaves them to the chains. The nested integrator must be able to part its light, as
-       ``dispersivepath`` is. (Default: 0)
-   * - fallback: boolean
-     - Leave scenes whose paths are all about equally bright to plain sampling. (Default: true)
+       carry light further from where it was found than many short ones, but keep less of a machine
+       busy. Default: 256, on a GPU 16384.
+   * - ``direct_samples``
+     - float
+     - Independent samples per mutation, at least one per pixel, that find emitters and direct
+       light; with 0 the chains do. The nested integrator must be able to render paths of a range
+       of depths, as ``dispersivepath`` is. Default: 0.
+   * - ``fallback``
+     - boolean
+     - Render scenes whose paths are all about equally bright by independent samples. Default:
+       true.
 
 The nested integrator traces its paths from the numbers of Markov chains instead of independent
-ones (Kelemen et al., "A Simple and Robust Mutation Strategy for the Metropolis Light Transport
-Algorithm", 2002), so every material, light and medium that it knows is rendered. Paths that are
-hard to find are explored once found. The samples of a pixel are its mutations.
+ones, so every material, light and medium that it knows is rendered. Paths that are hard to find
+are explored once found. The samples of a pixel are its mutations.
 
 The target is :math:`I = Y / m`: the luminance of a path over a blurred picture, which makes the
 error relative to the brightness even over the picture (Veach's two-stage Metropolis). The blurred
@@ -62,42 +74,55 @@ has the mean of the first term, and as :math:`B_1 \approx B_2` almost the error 
 estimate of b would give. Every render is unbiased by itself, and renders may be averaged in any
 number.
 
-Without the cap :math:`T_h`, pixels would be below 0 where the bootstrap of half h finds a path that
-outshines all that the other found, for the factor of :math:`B_{3-h}` is
+Without the cap :math:`T_h`, pixels would be below 0 where the bootstrap of half h finds a path
+that outshines all that the other found, for the factor of :math:`B_{3-h}` is
 :math:`b_{3-h} + t'_h - t_h`. :math:`T_h = n\, b_{3-h} / 16`, n the samples of a bootstrap, knows
-nothing of half h, so that the mean stays 0, and lets no single sample take more than a sixteenth of
-that factor. It binds where a bootstrap has less than some 16 effective seeds.
+nothing of half h, so that the mean stays 0, and lets no single sample take more than a sixteenth
+of that factor. It binds where a bootstrap has less than some 16 effective seeds.
 
 **Limits.** Paths that bootstrap and large steps miss are missing, for all the chains: the picture
-has the right mean over many renders, but one render can lack a caustic. Chains that stick to a very
-bright path show as bright pixels; `docs/metropolis.md` tells how many.
+has the right mean over many renders, but one render can lack a caustic. Chains that stick to a
+very bright path show as bright pixels.
+
+**Source.** C. Kelemen, L. Szirmay-Kalos, G. Antal and F. Csonka, "A Simple and Robust Mutation
+Strategy for the Metropolis Light Transport Algorithm", Computer Graphics Forum 2002; E. Veach and
+L. Guibas, "Metropolis Light Transport", SIGGRAPH 1997 (two stages).
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "pssmlt", "large_step_probability": 0.3, "nested": {"type": "path"}}
+    {'type': 'pssmlt', 'large_step_probability': 0.3, 'nested': {'type': 'path'}}
 """
+
+from __future__ import annotations
+
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.integrators.markovchains import Walk, walk_chains
-from relume.integrators.metropolis import effective, metropolis_class, resampled
 
-from relume.registration import on_every_variant
+from relume.integrators.markovchains import ChainParameters, run_chains
+from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
 
-SHORTEST = 64
-"""A chain walks at least as many steps, or there are fewer chains."""
+MIN_CHAIN_LENGTH = 64
+"""Least steps of a chain; short renders have fewer chains."""
 
-CALM = 12.0
-"""Below this mean square of I over b², plain sampling is left to do the work."""
+MIN_SECOND_MOMENT = 12.0
+"""Below this mean square of I over b², independent samples do better than chains."""
 
-SURE = 16
-"""A sample corrects b by no more than b over this, so that 4 standard deviations stay above 0."""
+MAX_SHARE = 1 / 16
+"""Most that one sample corrects b by, in units of b, so that 4 standard deviations stay above 0."""
 
 
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.AdjointIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
-    class PSSMLT(metropolis_class(mi.variant())):
+    Base: Any = metropolis_class(mi.variant())
+
+    class PSSMLT(Base):
         def __init__(self, props):
             super().__init__(props)
             self.p_large = props.get("large_step_probability", 0.3)
@@ -108,41 +133,42 @@ def define():
             if self.chains < 2:
                 raise ValueError(f"chains is {self.chains}, but must be 2 or more")
 
-        def why_plain(self, pilot):
-            calm = self.fallback and pilot.spread < CALM
-            return super().why_plain(pilot) or (calm and "paths are about equally bright") or ""
+        def fallback_reason(self, pilot):
+            reason = super().fallback_reason(pilot)
+            if not reason and self.fallback and pilot.second_moment < MIN_SECOND_MOMENT:
+                reason = "paths are about equally bright"
+            return reason
 
-        def picture(self, paths, pilot, rng, spp):
-            """The mean of a render: (pixels, 3)."""
+        def render_chains(self, paths, pilot, rng, spp):
+            """Render what the chains find: mean colours (pixels, 3)."""
             seeds = self.seeds(rng)
             mutations = spp * paths.pixels
-            chains = min(self.chains, max(2, mutations // SHORTEST)) // 2 * 2
+            chains = min(self.chains, max(2, mutations // MIN_CHAIN_LENGTH)) // 2 * 2
             steps = max(1, round(mutations / chains))
             n_c = chains * steps
-            samples, I = self.boot(paths, pilot, seeds[0], spp)
+            samples, I = self.bootstrap_samples(paths, pilot, seeds[0], spp)
             count = I.shape[1]
             c = pilot.b * (I.size + self.p_large * n_c) / n_c
 
             # -------------------------- chains --------------------------
 
-            index = [resampled(half, chains // 2, rng.random()) for half in I]
+            index = [systematic_resampling(half, chains // 2, rng.random()) for half in I]
             which = np.repeat([0, 1], chains // 2)
             b = I.mean(1)
-            caps = count * b[::-1] / SURE
-            walk = Walk(steps, self.p_large, self.mutation, self.s1, self.s2, c, tuple(caps))
-            importance = pilot.importance
-            walked = walk_chains(
-                paths, importance, np.concatenate(index), which, count, seeds, walk
-            )
-            self.tally.add_walked(walked, n_c)
-            self.tally.seeds += sum(effective(half, chains // 2) for half in I)
+            caps = count * b[::-1] * MAX_SHARE
+            kind = self.mutation, self.s1, self.s2
+            parameters = ChainParameters(steps, self.p_large, *kind, c, tuple(caps))
+            start = np.concatenate(index)
+            found = run_chains(paths, pilot.importance, start, which, count, seeds, parameters)
+            self.statistics.add_chains(found, n_c)
+            self.statistics.seeds += sum(effective_seeds(half, chains // 2) for half in I)
 
             # -------------------------- picture --------------------------
 
-            n_u = I.size + walked.large.sum()
-            uniform = samples.film(c / (c + I.ravel()), paths.pixels) + walked.film[0]
-            B = walked.film[1:] * (paths.pixels / (n_c / 2))
-            large, target = (x.reshape(2, -1).sum(1) for x in (walked.large, walked.target))
+            n_u = I.size + found.large_steps.sum()
+            uniform = samples.film(c / (c + I.ravel()), paths.pixels) + found.film[0]
+            B = found.film[1:] * (paths.pixels / (n_c / 2))
+            large, target = (x.reshape(2, -1).sum(1) for x in (found.large_steps, found.target))
             capped = np.minimum(I, caps[:, None]).sum(1)
             correction = (capped + target) / (count + large) - capped / count
             chained = sum((b[h] + correction[1 - h]) * B[h] for h in (0, 1)) / 2
@@ -151,7 +177,4 @@ def define():
         def to_string(self):
             return f"PSSMLT[{self.mutation}, {self.nested}]"
 
-    mi.register_integrator("pssmlt", PSSMLT)
-
-
-on_every_variant(define)
+    return PSSMLT

@@ -1,39 +1,50 @@
-r"""Factor and limit of every sample (`samplescale`)
-====================================================
+r"""Factor and limit of every sample (``samplescale``)
+==================================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - (nested): integrator
-     - Sampling integrator whose samples are changed.
-   * - response: float
-     - Factor of the radiance :math:`k \ge 0`. (Default: 1)
-   * - luminance_limit: float
-     - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit.
-       (Default: 0)
+   * - (nested)
+     - integrator
+     - Sampling integrator whose samples are changed. Required.
+   * - ``response``
+     - float
+     - Factor of the radiance :math:`k \ge 0`. Default: 1.
+   * - ``luminance_limit``
+     - float
+     - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit. Default:
+       0.
 
-A sample of radiance :math:`L` and luminance :math:`Y = (0.2126, 0.7152, 0.0722) \cdot L` becomes
-:math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture is
-biased dark.
+A sample of radiance :math:`L` and luminance :math:`Y` (as in ``mi.luminance``) becomes
+:math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture
+is biased dark.
 
-Source: the legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
+**Source.** Legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
 at most `luminance_cutoff` to the average of a pixel, so :math:`Y_{max}` is that times the samples
-of a pixel.
+per pixel.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "samplescale", "luminance_limit": 20.0, "nested": {"type": "path"}}
+    {'type': 'samplescale', 'luminance_limit': 20.0, 'nested': {'type': 'path'}}
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.integrators.common import nested_integrator, with_depth_range
 
-from relume.registration import on_every_variant
 
-
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
     class SampleScale(mi.SamplingIntegrator):
         def __init__(self, props):
@@ -47,11 +58,9 @@ def define():
 
         def with_depth_range(self, min_depth, max_depth):
             if self.limited:
-                raise ValueError("samplescale cannot part light of which luminance_limit cuts")
+                raise ValueError("samplescale: luminance_limit applies to all depths at once")
             nested = with_depth_range(self.nested, min_depth, max_depth)
-            return mi.load_dict(
-                {"type": "samplescale", "response": self.factor, "nested": nested}
-            )
+            return mi.load_dict({"type": "samplescale", "response": self.factor, "nested": nested})
 
         def aov_names(self):
             return self.nested.aov_names()
@@ -74,7 +83,4 @@ def define():
         def to_string(self):
             return f"SampleScale[{self.nested}]"
 
-    mi.register_integrator("samplescale", SampleScale)
-
-
-on_every_variant(define)
+    return SampleScale

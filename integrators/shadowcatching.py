@@ -1,30 +1,40 @@
-r"""Makes shadow catchers work (`shadowcatching`)
-=============================================
+r"""Makes shadow catchers work (``shadowcatching``)
+===============================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - (nested): integrator
-     - Sampling integrator that renders the scene.
+   * - (nested)
+     - integrator
+     - Sampling integrator that renders the scene. Required.
 
-The surfaces of the BSDF ``shadowcatcher`` trace rays of their own. This integrator tells them the
-scene while the nested one is traced into a kernel; it adds nothing to scenes that have none.
+The surfaces of the BSDF ``shadowcatcher`` trace rays of their own. This integrator gives them
+access to the scene while the nested one is traced into a kernel; it changes nothing in scenes that
+have none.
 
-Source: the legacy manual, `shadow`; scene language section 11.7.
+**Source.** Legacy manual, `shadow`; scene language section 11.7.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "shadowcatching", "nested": {"type": "path"}}
+    {'type': 'shadowcatching', 'nested': {'type': 'path'}}
 """
 
+from __future__ import annotations
+
 import mitsuba as mi
+
 from relume.integrators.common import nested_integrator, with_depth_range
 
-from relume.registration import on_every_variant
 
-
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
 
     class ShadowCatching(mi.SamplingIntegrator):
         def __init__(self, props):
@@ -56,7 +66,4 @@ def define():
         def to_string(self):
             return f"ShadowCatching[{self.nested}]"
 
-    mi.register_integrator("shadowcatching", ShadowCatching)
-
-
-on_every_variant(define)
+    return ShadowCatching

@@ -1,3 +1,8 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from . import hgrgb  # noqa: F401
+from relume.registration import register_plugins
+
+PLUGINS = ("hgrgb",)
+"""Ids of the plugins; each has a module of its name."""
+
+register_plugins("phase", __name__, PLUGINS)

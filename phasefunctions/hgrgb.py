@@ -1,40 +1,49 @@
-r"""Henyey-Greenstein phase function with a mean cosine for each channel (`hgrgb`)
-==============================================================================
+r"""Henyey-Greenstein phase function with a mean cosine for each channel (``hgrgb``)
+================================================================================
 
-=========  ======  =====================================================================
-parameter  type    meaning
-=========  ======  =====================================================================
-``g``      vector  mean cosines of red, green and blue, each in [-1, 1] (default 0 0 0)
-=========  ======  =====================================================================
+.. list-table::
+   :header-rows: 1
 
-For each channel, with theta the angle between the directions of travel before and after:
+   * - Parameter
+     - Type
+     - Description
+   * - ``g``
+     - vector
+     - Mean cosines of red, green and blue, each in [-1, 1]. Default: 0, 0, 0. Exposed.
 
-    p(theta) = (1 - g^2) / (4 pi (1 + g^2 - 2 g cos theta)^(3/2))
+For each channel, with :math:`\vartheta` the angle between the directions of travel before and
+after,
+
+.. math::
+    p(\vartheta) = \frac{1 - g^2}{4 \pi (1 + g^2 - 2 g \cos\vartheta)^{3/2}}
 
 Directions are drawn from one of the channels, chosen evenly; the density is the mean of all
 channels, so that no weight exceeds the number of channels. For g = 1 and -1 the phase function is
 a Dirac delta: light goes straight on, or back. Such a channel is met by sampling alone, and
-`eval_pdf` is 0 there, as for mirrors. In spectral variants g is that of red from 611 nm up, of
+``eval_pdf`` is 0 there, as for mirrors. In spectral variants g is that of red from 611 nm up, of
 green at 549 nm, of blue from 464 nm down (the dominant wavelengths of the primaries of sRGB),
-linear between.
+linear between. The stock ``hg`` has one g and takes neither 1 nor -1.
 
-Source: legacy manual, `PAHASE`; L. G. Henyey and J. L. Greenstein, "Diffuse Radiation in the
-Galaxy", Astrophysical Journal 93, 1941, eq. 2. Stock ``hg`` has one g and takes neither 1 nor -1.
-Sampling is the manual's inverse, rearranged for 1 - cos theta, which it keeps exact near 0 (for
-g < 0 the same with -cos theta):
+**Source.** L. G. Henyey and J. L. Greenstein, "Diffuse Radiation in the Galaxy", Astrophysical
+Journal 93, 1941, eq. 2; legacy manual, `PAHASE`. Its inverse, by which directions are drawn, is in
+`relume.phasefunctions.henyeygreenstein`.
 
-    1 - cos theta = 2 xi (1 - g)^2 (1 + g - g xi) / (1 + g - 2 g xi)^2
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
     {'type': 'homogeneous', 'phase': {'type': 'hgrgb', 'g': [0.9, 0.8, 0.7]}}
 """
 
+from __future__ import annotations
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.registration import on_every_variant
+from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
 BLUE, GREEN, RED = 464.0, 549.0, 611.0
 """Dominant wavelengths of the primaries of sRGB [nm]."""
@@ -44,12 +53,14 @@ DELTA_DENSITY = 1e9
 its weight in multiple importance sampling is 1, and with a square that single precision holds."""
 
 
-def toward(wi, g):
-    """Return the direction that g > 0 favours: straight on for light that arrives from `wi`."""
+def toward(wi: mi.Vector3f, g: mi.Float) -> mi.Vector3f:
+    """Return the direction that g favours: straight on, for g >= 0, or back to `wi`."""
     return dr.select(g >= 0, -wi, wi)
 
 
-def define():
+def define() -> type[mi.PhaseFunction]:
+    """Return the plugin's class for the variant in use."""
+
     class HenyeyGreensteinRGB(mi.PhaseFunction):
         def __init__(self, props):
             mi.PhaseFunction.__init__(self, props)
@@ -74,19 +85,13 @@ def define():
                 return [dr.mean(self.g)]
             to_green = dr.clip((wavelengths - BLUE) / (GREEN - BLUE), 0, 1)
             to_red = dr.clip((wavelengths - GREEN) / (RED - GREEN), 0, 1)
-            return list(
-                dr.lerp(dr.lerp(self.g[2], self.g[1], to_green), self.g[0], to_red)
-            )
+            return list(dr.lerp(dr.lerp(self.g[2], self.g[1], to_green), self.g[0], to_red))
 
         def lobe(self, g, wi, wo):
             """Return p for one channel, 0 for a Dirac lobe."""
-            # x = 1 - |cos|, free of cancellation: d^2 = 1 + g^2 - 2 g cos = (1 - |g|)^2 + 2 |g| x.
+            # 1 - |cos|, free of cancellation.
             x = 0.5 * dr.squared_norm(wo - toward(wi, g))
-            a = dr.abs(g)
-            d2 = dr.fma(2 * a, x, dr.square(1 - a))
-            smooth = a < 1
-            d2 = dr.select(smooth, d2, 1)
-            return dr.select(smooth, (1 - a) * (1 + a) * dr.inv_four_pi / (d2 * dr.sqrt(d2)), 0)
+            return henyey_greenstein(g, x)
 
         def values(self, gs, wi, wo):
             """Return p of every channel and their mean, the density of sampling."""
@@ -104,9 +109,7 @@ def define():
             g = gs[0]
             for k in range(1, n):
                 g = dr.select(chosen == k, gs[k], g)
-            a, xi = dr.abs(g), sample2.x
-            x = 2 * xi * dr.square(1 - a) * dr.fma(-a, xi, 1 + a)
-            x /= dr.square(dr.maximum(dr.fma(-2 * a, xi, 1 + a), 1e-20))
+            x = sample_henyey_greenstein(g, sample2.x)
             sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
             sin = dr.safe_sqrt(x * (2 - x))
             wo = mi.Frame3f(toward(mei.wi, g)).to_world(
@@ -114,7 +117,7 @@ def define():
             )
             p, pdf = self.values(gs, mei.wi, wo)
             # All channels with the same Dirac lobe share its samples.
-            delta = a == 1
+            delta = dr.abs(g) == 1
             same = [dr.select(other == g, mi.Float(1), 0) for other in gs]
             share = sum(same) / n
             pdf = dr.select(pdf > 0, pdf, 1)
@@ -129,7 +132,4 @@ def define():
         def to_string(self):
             return f"HenyeyGreensteinRGB[g={self.g}]"
 
-    mi.register_phase("hgrgb", HenyeyGreensteinRGB)
-
-
-on_every_variant(define)
+    return HenyeyGreensteinRGB

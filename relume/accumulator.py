@@ -1,19 +1,21 @@
-"""What passes add up to: the picture so far, and how much it may still be wrong by.
+"""The sum of passes: the picture so far, and the variance of its pixels.
 
 The same set of passes gives the same accumulator, bit for bit, in whatever order they were added
 and merged; see `relume.exact`.
 
-For each pixel and channel there are the weight W (samples of a pixel), the sum S of the samples and
+For each pixel and channel there are the weight W (samples per pixel), the sum S of the samples and
 the sum Q of the squares of independent observations, each times its weight. Samples are
-observations of weight 1. A pass of which only the whole is independent is one of weight spp, its
-mean. With n observations the picture is S / W, and the variance of that mean is estimated without
-bias by (Q - S^2 / W) / ((n - 1) W).
+observations of weight 1. A pass that is independent only as a whole is one observation of weight
+spp, its mean. With n observations the picture is S / W, and the variance of that mean is estimated
+without bias by (Q - S^2 / W) / ((n - 1) W).
 """
+
+from __future__ import annotations
 
 import numpy as np
 
 from relume.exact import ExactSum
-from relume.passes import PassSet
+from relume.passes import Pass, PassSet
 
 
 class Accumulator:
@@ -30,7 +32,7 @@ class Accumulator:
         squares: `ExactSum` of shape (3, pixels).
     """
 
-    def __init__(self, width, height):
+    def __init__(self, width: int, height: int) -> None:
         self.width, self.height = width, height
         self.done = PassSet()
         self.observations = 0
@@ -38,15 +40,12 @@ class Accumulator:
         self.squares = ExactSum((3, width * height))
 
     @property
-    def spp(self):
+    def spp(self) -> int:
         """Samples of a pixel so far."""
         return self.done.spp
 
-    def add(self, found):
+    def add(self, found: Pass) -> None:
         """Add a pass.
-
-        Args:
-            found: `relume.passes.Pass`.
 
         Raises:
             ValueError: it was added before.
@@ -61,7 +60,7 @@ class Accumulator:
             self.observations += found.spp
             self.squares.add(found.squares)
 
-    def merge(self, other):
+    def merge(self, other: Accumulator) -> None:
         """Add all passes of another accumulator of the same render.
 
         Raises:
@@ -72,13 +71,13 @@ class Accumulator:
         self.sum.merge(other.sum)
         self.squares.merge(other.squares)
 
-    def image(self):
+    def image(self) -> np.ndarray:
         """The picture so far: linear RGB, (height, width, 3) float32; NaN where nothing is."""
         if not self.done:
             return np.full((self.height, self.width, 3), np.nan, np.float32)
         return self._picture(self.sum.value() / self.spp).astype(np.float32)
 
-    def variance(self):
+    def variance(self) -> np.ndarray:
         """Variances of the picture's values: (height, width, 3) float64; NaN where unknown."""
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             deviation = self.squares.value() - self.sum.value() ** 2 / max(self.spp, 1)
@@ -87,14 +86,14 @@ class Accumulator:
             known = np.maximum(deviation, 0) / ((n - 1) * self.spp) if n > 1 else deviation * np.nan
         return self._picture(known)
 
-    def noise(self):
+    def noise(self) -> float:
         """Standard error of the picture's values, their root mean square relative to their mean.
 
         Returns:
-            float; NaN where it is unknown.
+            NaN where it is unknown.
         """
         with np.errstate(invalid="ignore", divide="ignore"):
             return float(np.sqrt(self.variance().mean()) / self.image().mean(dtype=float))
 
-    def _picture(self, planes):
+    def _picture(self, planes: np.ndarray) -> np.ndarray:
         return np.moveaxis(planes.reshape(3, self.height, self.width), 0, -1)

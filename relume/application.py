@@ -1,21 +1,30 @@
-"""What relume does, from Python: read, translate, render."""
+"""What relume does, from Python: read, load, render."""
 
-import dataclasses
-import warnings
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
-import mitsuba as mi
-from relume.translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
-from relume.translator.plan import METROPOLIS, with_samples
+import numpy as np
 
-from relume import llvm, translator
-from relume.session import CannotRender, Session, reason, use_threads, variant
+from relume import translator
+from relume.loading import (
+    SceneSource,
+    for_mitsuba,
+    load_scene,
+    open_session,
+    settle_variant,
+    translated,
+)
+from relume.options import RenderOptions, kind_of
+from relume.progress import Tell, TimeLimit, progress_bar
+from relume.session import Scene, Session
+from relume.translator import Document, Translation
 
-FALLBACK = "scalar_rgb"
-"""Variant for machines without a usable LLVM library."""
 
-
-def read(path, environ=None):
+def read(path: str | os.PathLike[str], environ: Mapping[str, str] | None = None) -> Document:
     """Read a scene file.
 
     Args:
@@ -27,230 +36,117 @@ def read(path, environ=None):
 
     Raises:
         SceneError: every error in the file, with line and column.
+        TypeError: it is no path.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"expected the path of a scene file, found {kind_of(path)}")
     return translator.read(path, environ)
 
 
-def translate(document, *, dialect="manual", asset_path=()):
-    """Translate a document into a dictionary for `mi.load_dict`.
+def load(scene: SceneSource, options: RenderOptions | None = None, **changes: Any) -> Scene:
+    """Load a scene for Mitsuba's own means: `mi.render`, `mi.traverse`, gradients.
 
-    Sets the variant that the scene needs if none is set.
+    If no variant is set, that which the scene needs is set, and stays so. If one is set, the scene
+    is loaded under it, provided that it renders the scene as planned.
 
     Args:
-        document: what `read` returned, or the path of a scene file.
-        dialect: `manual`, or `prender` to match an old picture.
-        asset_path: folders in which files that the scene names are looked for.
+        scene: a scene file, or what `read` returned.
+        options: how it is rendered where that is not as the scene says. A `variant` in it is set,
+            and stays so; `seed` is that of the scene's sampler.
+        changes: fields of `RenderOptions`, in place of those of `options`.
+
+    Returns:
+        An `mi.Scene`, whose sampler holds the number of samples.
 
     Raises:
         SceneError: errors of the file, and missing files.
+        CannotRender: the variant that is set lacks what the scene needs (the message names the one
+            to set), the one asked for or the integrator does not work here, or Mitsuba refuses the
+            scene.
+        ValueError, TypeError: as `RenderOptions`; and the scene is neither a path nor a document.
     """
-    translation = translator.translate(_document(document), dialect, asset_path)
-    if not mi.variant():
-        mi.set_variant(usable_variant(translation.plan))
-    return for_mitsuba(translation).dictionary()
+    return load_scene(_translated_for_mitsuba(scene, RenderOptions.of(options, **changes)))
 
 
-def for_mitsuba(translation):
-    """The translation, with what `mi.render` needs to give the picture that `render` gives.
+def to_dict(
+    scene: SceneSource, options: RenderOptions | None = None, **changes: Any
+) -> dict[str, Any]:
+    """The dictionary of a scene, to be changed and loaded by `mi.load_dict(..., optimize=False)`.
 
-    That is the number of samples, as far as a sampler can count, and a tent that is a little wider:
-    Mitsuba takes one of half-width 0.5 for a box.
+    With `optimize` Mitsuba 3.9 merges rectangles so that lights at infinity shine through them.
+
+    Args:
+        scene: as `load`.
+        options: as `load`; the variant that is set here must still be set when it is loaded.
+        changes: as `load`.
+
+    Returns:
+        What `mi.load_dict` takes: plain values, and Mitsuba objects for meshes, pictures and
+        transformations.
+
+    Raises:
+        SceneError, CannotRender, ValueError, TypeError: as `load`.
     """
-    sensor = translation.scene["sensor"]
-    sensor["sampler"]["sample_count"] = min(translation.plan.spp, 2**32 - 1)
-    if translation.document.tent_filter:
-        sensor["film"]["rfilter"]["radius"] = 0.501
-    return translation
+    return _translated_for_mitsuba(scene, RenderOptions.of(options, **changes)).dictionary()
 
 
 def render(
-    path_or_document,
+    scene: SceneSource,
+    options: RenderOptions | None = None,
     *,
-    size=None,
-    spp=None,
-    seed=0,
-    integrator=None,
-    variant=None,
-    dialect="manual",
-    asset_path=(),
-):
+    time_limit: float | None = None,
+    progress: bool | Tell | None = None,
+    **changes: Any,
+) -> np.ndarray:
     """Render a scene.
 
+    The variant that was set before is set again afterwards.
+
     Args:
-        path_or_document: a scene file, or what `read` returned.
-        size: (width, height) in pixels instead of the scene's.
-        spp: samples of a pixel instead of the scene's.
-        seed: non-negative integer; the same seed gives the same picture, bit for bit.
-        integrator: plugin id of an integrator instead of the planned one.
-        variant: Mitsuba variant instead of the planned one.
-        dialect: `manual`, or `prender` to match an old picture.
-        asset_path: folders in which files that the scene names are looked for.
+        scene: a scene file, or what `read` returned.
+        options: how it is rendered where that is not as the scene says.
+        time_limit: seconds of rendering (loading is not counted) after which the picture so far is
+            returned, of one pass at least; `progress` tells how many samples it has. The scene's
+            own `TIMELIMIT` is for the command line alone, so that the same seed always gives the
+            same picture here.
+        progress: True shows a bar on standard error; a function is called after each pass with a
+            `relume.progress.Progress`.
+        changes: fields of `RenderOptions`, in place of those of `options`.
 
     Returns:
         Linear RGB, array of shape (height, width, 3), float32, top row first.
 
     Raises:
         SceneError: errors of the file, and missing files.
-        CannotRender: the variant or integrator does not work here.
-        ValueError: a size, number of samples or seed out of range.
+        CannotRender: the variant or integrator does not work here, or Mitsuba refuses the scene.
+        ValueError, TypeError: as `RenderOptions`; the time limit is below 0; the scene is neither a
+            path nor a document.
     """
-    document = resized(_document(path_or_document), size, spp)
-    translation = translator.translate(document, dialect, asset_path)
-    with prepared(translation, seed, integrator, variant) as session:
-        for _ in session.run():
-            pass
+    options = RenderOptions.of(options, **changes)
+    limit = TimeLimit(time_limit)
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise TypeError(f"progress: expected True or a function, found {kind_of(progress)}")
+    with open_session(translated(scene, options), options) as session:
+        with _telling(progress, session) as tell:
+            for step in session.run():
+                tell(step)
+                if limit.reached(step):
+                    break
         return session.image()
 
 
-def resized(document, size=None, spp=None):
-    """A document with another size of picture and number of samples.
-
-    Raises:
-        ValueError: out of range.
-    """
-    if size is not None:
-        width, height = (int(x) for x in size)
-        if not (min(width, height) >= 1 and max(width, height) <= MAX_SIDE) or (
-            width * height > MAX_PIXELS
-        ):
-            limit = f"expected sides of 1 to {MAX_SIDE} and at most {MAX_PIXELS} pixels"
-            raise ValueError(f"size {width}x{height}: {limit}")
-        document = dataclasses.replace(document, image=(width, height))
-    if spp is not None:
-        if not 1 <= spp <= MAX_SAMPLES:
-            raise ValueError(f"spp {spp}: expected 1 to {MAX_SAMPLES}")
-        document = with_samples(document, spp)
-    return document
-
-
-def usable_variant(plan, wanted=None):
-    """The variant to render a plan with on this machine.
-
-    Args:
-        plan: the scene's plan.
-        wanted: the variant asked for, or None.
-
-    Raises:
-        CannotRender: the variant does not exist, or is scalar where the scene needs plugins that
-            scalar variants do not run.
-    """
-    name = wanted or plan.variant
-    if name not in mi.variants():
-        raise CannotRender(f"unknown variant '{name}'; Mitsuba has {', '.join(mi.variants())}")
-    library = llvm.install()
-    if name.startswith("llvm") and not library.usable:
-        if wanted or plan.plugins or plan.variant != "llvm_ad_rgb":
-            needs = f" and the scene needs {', '.join(plan.plugins)}" if plan.plugins else ""
-            raise CannotRender(f"{name} does not work here{needs}: {library.reason}")
-        warnings.warn(f"rendering slowly with {FALLBACK}: {library.reason}", stacklevel=2)
-        return FALLBACK
-    if name.startswith("scalar") and plan.plugins:
-        raise CannotRender(
-            f"{name} does not run the plugins of this scene: {', '.join(plan.plugins)}"
-        )
-    return name
-
-
 @contextmanager
-def prepared(translation, seed=0, integrator=None, wanted=None):
-    """Context in which a translated scene is loaded under its variant and ready to render.
-
-    Args:
-        translation: the translated scene.
-        seed: seed of the session, 0 or more.
-        integrator: plugin id instead of the planned one.
-        wanted: variant instead of the planned one.
-
-    Yields:
-        The `Session`.
-
-    Raises:
-        CannotRender: the variant or integrator does not work here, or Mitsuba refuses the scene.
-        ValueError: the seed is negative.
-    """
-    if seed < 0:
-        raise ValueError(f"seed {seed}: expected 0 or more")
-    with ready(translation, wanted):
-        scene = loaded(translation)
-        chosen = integrator and other_integrator(integrator, translation)
-        yield Session(scene, translation.plan.spp, seed, chosen)
+def _telling(progress: bool | Tell | None, session: Session) -> Iterator[Tell]:
+    """Context with the function that gets the progress."""
+    if progress is True:
+        with progress_bar(session.accumulator) as tell:
+            yield tell
+    else:
+        yield progress or (lambda _: None)
 
 
-@contextmanager
-def ready(translation, wanted=None):
-    """Context in which the variant and the threads of a translated scene are set.
-
-    Args:
-        translation: the translated scene.
-        wanted: variant instead of the planned one.
-
-    Raises:
-        CannotRender: the variant does not work here.
-    """
-    with variant(usable_variant(translation.plan, wanted)):
-        use_threads(translation.document.thread)
-        yield
-
-
-def loaded(translation):
-    """The Mitsuba scene of a translation.
-
-    Raises:
-        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision.
-    """
-    shapes = [entry.get("type") for entry in translation.scene.values() if isinstance(entry, dict)]
-    # Mitsuba 3.9 merges rectangles of one BSDF into a mesh without a bounding box. Lights at
-    # infinity then are looked for within a sphere that is too small, and shine through walls.
-    safe = shapes.count("rectangle") < 2
-    try:
-        return mi.load_dict(translation.dictionary(), optimize=safe)
-    except (RuntimeError, TypeError) as error:
-        raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
-
-
-def other_integrator(name, translation):
-    """An integrator by its plugin id, with the scene's path depths where it takes them.
-
-    Raises:
-        CannotRender: there is no such integrator.
-    """
-    return mi.load_dict(integrator_entry(name, translation.scene["integrator"]))
-
-
-def integrator_entry(name, planned):
-    """The dictionary of an integrator by its plugin id; a variant must be set.
-
-    Args:
-        name: plugin id.
-        planned: dictionary of the integrator that has the scene's path depths; a Metropolis
-            integrator takes its paths from it.
-
-    Returns:
-        A dictionary with these depths, as far as the integrator takes them.
-
-    Raises:
-        CannotRender: there is no such integrator.
-    """
-    paths = planned.get("paths", planned)
-    if name in METROPOLIS:
-        return {"type": name, "paths": paths}
-    depths = {"max_depth": -1, "rr_depth": paths.get("rr_depth", 5)}
-    errors = []
-    for parameters in (depths, {"max_depth": -1}, {}):
-        entry = {"type": name} | parameters
-        try:
-            made = mi.load_dict(entry)
-        except RuntimeError as error:
-            errors.append(reason(error))
-            continue
-        if isinstance(made, mi.Integrator):
-            return entry
-        errors.append("it is no integrator")
-        break
-    raise CannotRender(f"integrator '{name}': {errors[-1]}")
-
-
-def _document(path_or_document):
-    if isinstance(path_or_document, translator.Document):
-        return path_or_document
-    return read(path_or_document)
+def _translated_for_mitsuba(scene: SceneSource, options: RenderOptions) -> Translation:
+    """The translation that `mi.render` renders; its variant is set then."""
+    translation = translated(scene, options)
+    settle_variant(translation.plan, options.variant)
+    return for_mitsuba(translation, options)

@@ -4,12 +4,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from relume.translator.diagnostics import Problem, SceneError
-from relume.translator.source_text import read_lines
 from rich.markup import escape
 from rich.table import Table
 
 from relume import translator
+from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.source_text import read_lines
 
 EXIT = {"ok": 0, "error": 1, "unsupported": 3}
 """Exit status of each status; of several files the errors count first."""

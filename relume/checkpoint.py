@@ -1,11 +1,17 @@
-"""The passes of a render on disk while it runs, so that it can go on where it was stopped."""
+"""The passes of a running render on disk, so that it can be resumed where it was stopped."""
+
+from __future__ import annotations
 
 import dataclasses
 import time
+from pathlib import Path
+
+from rich.console import Console
 
 from relume import fingerprint, passes_file
 from relume.accumulator import Accumulator
 from relume.output import OutputError, clear_leftovers
+from relume.passes_file import Header
 from relume.session import CannotRender
 
 INTERVAL = 2.0
@@ -19,27 +25,27 @@ EXPECTED = 0.5e-6
 
 
 class Checkpoint:
-    """Saves an accumulator from time to time and finds it again.
+    """Saves an accumulator from time to time, and restores it.
 
     Args:
         path: file of the passes.
-        header: `passes_file.Header` of this render, with 0 seconds.
-        console: `rich.console.Console` for notes.
+        header: that of this render, with 0 seconds.
+        console: for notes.
 
     Attributes:
-        seconds: time that earlier renders spent on passes that were found.
+        seconds: time that earlier renders spent on the passes that were restored.
     """
 
-    def __init__(self, path, header, console):
+    def __init__(self, path: Path, header: Header, console: Console) -> None:
         self.path = path
         self.header = header
         self.console = console
         self.seconds = 0.0
         self._next = INTERVAL
-        self._saved = None
+        self._saved: tuple[int, int] | None = None
         self._failed = False
 
-    def begin(self, width, height, resume):
+    def begin(self, width: int, height: int, resume: bool) -> Accumulator:
         """The accumulator to go on with: a new one, or with `resume` that of the file.
 
         Raises:
@@ -63,11 +69,11 @@ class Checkpoint:
             return passes_file.read(self.path)
         return Accumulator(width, height)
 
-    def offer(self, accumulator, seconds):
-        """Save if it is time; a failure is told once and does not end the render.
+    def offer(self, accumulator: Accumulator, seconds: float) -> None:
+        """Save if it is time; a failure is reported once and does not end the render.
 
         Args:
-            accumulator: `Accumulator`.
+            accumulator: the passes so far.
             seconds: since the render began.
         """
         if seconds < self._next:
@@ -82,7 +88,7 @@ class Checkpoint:
         took = time.perf_counter() - start
         self._next = seconds + max(INTERVAL, took / SHARE)
 
-    def save(self, accumulator, seconds):
+    def save(self, accumulator: Accumulator, seconds: float) -> None:
         """Save now.
 
         Raises:
@@ -91,17 +97,17 @@ class Checkpoint:
         self.write(self.path, accumulator, seconds)
         self._saved = self._stamp()
 
-    def write(self, path, accumulator, seconds):
+    def write(self, path: Path, accumulator: Accumulator, seconds: float) -> None:
         """Write the passes to any file; as `save`."""
         header = dataclasses.replace(self.header, seconds=self.seconds + seconds)
         passes_file.write(path, accumulator, header)
 
-    def discard(self):
+    def discard(self) -> None:
         """Remove the file if it is as this render left it."""
         if self._saved is not None and self._stamp() == self._saved:
             self.path.unlink(missing_ok=True)
 
-    def _protect(self):
+    def _protect(self) -> None:
         """Refuse to render from the beginning what the file holds a part of."""
         try:
             there = passes_file.read_header(self.path)
@@ -111,17 +117,17 @@ class Checkpoint:
             self.note(f"{self.path} is of another render and will be replaced")
             return
         raise CannotRender(
-            f"{self.path} holds {there.done.spp} samples a pixel of this render: go on with "
+            f"{self.path} holds {there.done.spp} samples per pixel of this render: go on with "
             "--resume, or remove it to begin again"
         )
 
-    def _stamp(self):
+    def _stamp(self) -> tuple[int, int] | None:
         try:
             status = self.path.stat()
         except OSError:
             return None
         return status.st_ino, status.st_mtime_ns
 
-    def note(self, text):
+    def note(self, text: str) -> None:
         """Tell the user a sentence."""
         self.console.print(text, style="yellow", markup=False, highlight=False)

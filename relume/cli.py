@@ -1,113 +1,28 @@
-"""The command line: `relume check | render | merge | convert`, the workbench, and `doctor`."""
+"""The command line: `relume check | render | merge | convert | scenes`, the workbench, `doctor`."""
 
-import functools
+from __future__ import annotations
+
 import json
 import sys
 import warnings
+from typing import Any, TextIO
 
 import click
-from relume.translator.dialects import DIALECTS
 from rich.console import Console
 
-SIZE = "WIDTHxHEIGHT"
-
-
-class Size(click.ParamType):
-    """A size such as 640x480."""
-
-    name = SIZE
-
-    def convert(self, value, param, ctx):
-        """The pair (width, height)."""
-        width, _, height = value.lower().partition("x")
-        if not (width.isdigit() and height.isdigit()):
-            self.fail(f"expected {SIZE}, such as 640x480, found '{value}'", param, ctx)
-        return int(width), int(height)
-
-
-class Passes(click.ParamType):
-    """A range of passes such as 10:20."""
-
-    name = "START:STOP"
-
-    def convert(self, value, param, ctx):
-        """The pair (start, stop)."""
-        start, _, stop = value.partition(":")
-        if not (start.isdecimal() and stop.isdecimal() and int(start) < int(stop)):
-            self.fail(f"expected START:STOP, such as 10:20, found '{value}'", param, ctx)
-        return int(start), int(stop)
-
-
-def scene_options(command):
-    """Options of every command that translates a scene."""
-    for option in (
-        click.option(
-            "--asset-path",
-            "asset_path",
-            multiple=True,
-            metavar="DIR",
-            type=click.Path(exists=True, file_okay=False),
-            help="Look for the scene's files below DIR, too (repeatable).",
-        ),
-        click.option(
-            "--dialect",
-            type=click.Choice(DIALECTS),
-            default="manual",
-            show_default=True,
-            help="Follow the manual, or the original program where the two differ.",
-        ),
-    ):
-        command = option(command)
-    return command
-
-
-def cluster_options(command):
-    """Options of a command that renders on several processes; it gets `cluster`."""
-
-    @functools.wraps(command)
-    def with_cluster(workers, address, tls_ca, tls_cert, tls_key, **options):
-        from relume.cluster import MPI, Cluster
-
-        tls = (tls_ca, tls_cert, tls_key)
-        if workers is not None and address is not None:
-            raise click.UsageError("give either --workers or --cluster")
-        if any(tls) and not (all(tls) and (workers or address)):
-            raise click.UsageError("--tls-ca, --tls-cert and --tls-key go together, with a cluster")
-        if address == MPI and any(tls):
-            raise click.UsageError("--cluster mpi takes certificates from dask's own settings")
-        if address == MPI:
-            with readable_errors():
-                from relume.cluster.opening import join_mpi
-
-                join_mpi()
-        cluster = Cluster(workers, address, tls if all(tls) else None)
-        return command(cluster=cluster if workers or address else None, **options)
-
-    file = click.Path(exists=True, dir_okay=False)
-    for option in (
-        click.option("--tls-key", type=file, metavar="FILE", help="Its private key (PEM)."),
-        click.option("--tls-cert", type=file, metavar="FILE", help="Our certificate (PEM)."),
-        click.option("--tls-ca", type=file, metavar="FILE", help="Encrypt; trust this authority."),
-        click.option(
-            "--cluster",
-            "address",
-            metavar="ADDRESS",
-            help="Render on the workers of a dask scheduler, such as tcp://host:8786, or mpi.",
-        ),
-        click.option(
-            "--workers",
-            type=click.IntRange(1, 1024),
-            metavar="N",
-            help="Render in N processes of this machine.",
-        ),
-    ):
-        with_cluster = option(with_cluster)
-    return with_cluster
+from relume.command_errors import readable_errors
+from relume.command_options import (
+    Passes,
+    cluster_options,
+    not_nan,
+    render_option,
+    scene_options,
+)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="relume")
-def main():
+def main() -> None:
     """Legacy scene files, lit again."""
     warnings.showwarning = _show_warning
 
@@ -117,7 +32,9 @@ def main():
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
 @scene_options
-def check(paths, as_json, brief, dialect, asset_path):
+def check(
+    paths: tuple[str, ...], as_json: bool, brief: bool, dialect: str, asset_path: tuple[str, ...]
+) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
     PATH is a scene file or a folder of them. The exit status is 0 if everything is translated, 1
@@ -136,13 +53,6 @@ def check(paths, as_json, brief, dialect, asset_path):
     sys.exit(checking.exit_status(results) if results else 1)
 
 
-def not_nan(_ctx, _param, value):
-    """Refuse NaN, which compares with nothing."""
-    if value is not None and value != value:
-        raise click.BadParameter("nan is no number of seconds")
-    return value
-
-
 @main.command()
 @click.argument("scene", type=click.Path())
 @click.option(
@@ -152,17 +62,11 @@ def not_nan(_ctx, _param, value):
     metavar="FILE",
     help="Picture file (.exr .hdr .png .bmp .ppm), or a folder.",
 )
-@click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel.")
-@click.option("--size", type=Size(), help="Size of the picture.")
-@click.option("--integrator", metavar="ID", help="Integrator plugin instead of the planned one.")
-@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="The same seed gives the same picture.",
-)
+@render_option("spp")
+@render_option("size")
+@render_option("integrator")
+@render_option("variant")
+@render_option("seed")
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0),
@@ -185,13 +89,20 @@ def not_nan(_ctx, _param, value):
 )
 @cluster_options
 @scene_options
-def render(scene, **options):
+def render(
+    scene: str,
+    resume: bool,
+    keep: bool,
+    passes: tuple[int, int] | None,
+    per_pass: int | None,
+    **options: Any,
+) -> None:
     """Render a scene file; Ctrl-C keeps the picture so far."""
-    from relume.rendering import render_file
+    from relume.rendering import PassOptions, render_file
 
-    console = Console(stderr=True)
+    kept = PassOptions(resume, keep, passes, per_pass)
     with readable_errors():
-        for path in render_file(scene, console=console, **options):
+        for path in render_file(scene, passes=kept, console=Console(stderr=True), **options):
             click.echo(path)
 
 
@@ -205,7 +116,7 @@ def render(scene, **options):
     metavar="FILE",
     help="Picture file; FILE.passes.exr takes the passes themselves.",
 )
-def merge(parts, out):
+def merge(parts: tuple[str, ...], out: str) -> None:
     """Merge passes that `relume render --passes` wrote into one picture.
 
     The exit status is 3 if passes are missing: the picture has fewer samples then.
@@ -225,7 +136,9 @@ def merge(parts, out):
 @click.option("-o", "--output", "out", metavar="FILE.xml", help="XML file; its files go beside it.")
 @click.option("--python", "as_python", is_flag=True, help="Print the scene's Python dictionary.")
 @scene_options
-def convert(scene, out, as_python, dialect, asset_path):
+def convert(
+    scene: str, out: str | None, as_python: bool, dialect: str, asset_path: tuple[str, ...]
+) -> None:
     """Convert a scene file to Mitsuba XML, or print its Python dictionary."""
     from relume import convert as converter
 
@@ -250,8 +163,9 @@ def convert(scene, out, as_python, dialect, asset_path):
     help="The reference: an integrator plugin, or a linear picture (.exr .hdr).",
 )
 @click.option("--integrator", metavar="ID", help="The first side, instead of the planned one.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
-@click.option("--size", type=Size(), help="Size of the picture.")
+@render_option("size")
 @click.option(
     "--runs",
     type=click.IntRange(min=8),
@@ -259,11 +173,11 @@ def convert(scene, out, as_python, dialect, asset_path):
     show_default=True,
     help="Independent renders of each side.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@render_option("seed", help=None)
 @click.option("-o", "--output", "out", metavar="FILE.html", help="Write a page with the pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @scene_options
-def compare(scene, out, as_json, **options):
+def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Tell whether a scene looks the same by another integrator, or as in a picture.
 
     Both sides are rendered many times, so that every error has its interval. The exit status is 0
@@ -286,15 +200,15 @@ def compare(scene, out, as_json, **options):
 @click.option("--method", "methods", multiple=True, metavar="ID", help="Only this (repeatable).")
 @click.option(
     "--cell",
-    "patterns",
+    "cells",
     multiple=True,
     metavar="PATTERN",
     help="Only cells such as 'grey ball/*' (repeatable).",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@render_option("seed", help=None)
 @click.option("-o", "--output", "out", metavar="DIR", help="Write a page and a heat map.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def stability(as_json, **options):
+def stability(as_json: bool, **options: Any) -> None:
     """Measure every method at the inputs where it may fail, against known answers.
 
     The exit status is 0 if no cell fails without saying so, 4 if one does and 1 after an error.
@@ -305,10 +219,10 @@ def stability(as_json, **options):
     with readable_errors():
         found = grid.run(Console(stderr=True), **options)
         if as_json:
-            click.echo(json.dumps(found, indent=1, ensure_ascii=False))
+            click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
             grid.print_report(found, Console())
-        sys.exit(4 if any(cell["silent"] for cell in found["cells"]) else 0)
+        sys.exit(4 if found.silent else 0)
 
 
 @main.command()
@@ -324,6 +238,7 @@ def stability(as_json, **options):
 )
 @click.option(
     "--method",
+    "methods",
     multiple=True,
     metavar="ID",
     help="A method or integrator plugin (repeatable); by default all that can render the scene.",
@@ -343,12 +258,13 @@ def stability(as_json, **options):
     show_default=True,
     help="Independent renders at each number of samples.",
 )
-@click.option("--size", type=Size(), help="Size of the pictures; by default at most 160 across.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
+@render_option("size", help="Size of the pictures; by default at most 160 across.")
+@render_option("seed", help=None)
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
+@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")
 @scene_options
-def chart(scenes, out, **options):
+def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
     """Chart the error of methods over time: who is how accurate after how many seconds?
 
     Every method renders independent pictures of growing numbers of samples, in turn with the
@@ -371,36 +287,37 @@ def chart(scenes, out, **options):
 
 
 @main.command()
-def doctor():
+@click.argument("names", nargs=-1, metavar="[NAME...]")
+@click.option("-o", "--output", "out", metavar="DIR", help="Folder to copy them to.")
+def scenes(names: tuple[str, ...], out: str | None) -> None:
+    """List the example scenes, or copy some with the files that they name.
+
+    With NAMEs alone they are copied to the working directory, with -o DIR alone all are.
+    """
+    from relume import examples
+
+    if not names and out is None:
+        examples.print_names(Console())
+        return
+    with readable_errors():
+        for path in examples.copy(names or examples.names(), out or "."):
+            click.echo(path)
+
+
+@main.command()
+def doctor() -> None:
     """Tell what this machine renders with, and what to do if it does not."""
     from relume import doctor as examination
 
     sys.exit(examination.run())
 
 
-class readable_errors:
-    """Context that turns expected failures into messages and exit status 1."""
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, _kind, error, _trace):
-        from relume.translator.diagnostics import SceneError
-
-        from relume.output import OutputError
-        from relume.session import CannotRender
-
-        if isinstance(error, SceneError):
-            for line in error.described():
-                click.echo(line, err=True)
-            sys.exit(1)
-        if isinstance(error, OSError) and error.strerror:
-            error = f"{error.filename}: {error.strerror}"
-        if isinstance(error, CannotRender | OutputError | ValueError | OSError | str):
-            click.echo(f"relume: {error}", err=True)
-            sys.exit(1)
-        return False
-
-
-def _show_warning(message, *_):
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
     click.echo(f"warning: {message}", err=True)

@@ -1,24 +1,34 @@
 """`relume convert`: a scene as Mitsuba XML with its files, or as Python source."""
 
+from __future__ import annotations
+
 import errno
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
+
+from relume import translator
+from relume.application import read
+from relume.loading import for_mitsuba, usable_variant
+from relume.session import exr_threads, variant_context
 from relume.translator.media import AROUND, REFERENCE
 from relume.translator.scene import OWN_PLUGINS
 from relume.translator.scene_values import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 
-from relume import translator
-from relume.application import for_mitsuba, read, usable_variant
-from relume.session import two_threads, variant
 
-
-def write_xml(path, out, dialect="manual", asset_path=()):
+def write_xml(
+    path: str | Path,
+    out: str | Path,
+    dialect: str = "manual",
+    asset_path: Sequence[str | Path] = (),
+) -> list[Path]:
     """Convert a scene file to XML that `mi.load_file` loads after `import relume`.
 
-    Load it with `optimize=False`: see `application.loaded`.
+    Load it with `optimize=False`: see `relume.to_dict`.
 
     Meshes and pictures are written into the folder `<stem>_files` beside the XML, so both can be
     moved together.
@@ -26,8 +36,8 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     Args:
         path: the scene file.
         out: the XML file.
-        dialect: as `relume.translate`.
-        asset_path: as `relume.translate`.
+        dialect: as `RenderOptions`.
+        asset_path: as `RenderOptions`.
 
     Returns:
         Paths of the files written, the XML first.
@@ -41,7 +51,7 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     if out.is_dir():
         raise IsADirectoryError(errno.EISDIR, "is a folder, expected an XML file", str(out))
     out.parent.mkdir(parents=True, exist_ok=True)
-    with variant(usable_variant(translation.plan)):
+    with variant_context(usable_variant(translation.plan)):
         files = _Files(out)
         scene = files.externalise(translation.scene)
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
@@ -50,12 +60,18 @@ def write_xml(path, out, dialect="manual", asset_path=()):
     return [out, *files.written]
 
 
-def _translated(path, dialect, asset_path):
+def _translated(
+    path: str | Path, dialect: str, asset_path: Sequence[str | Path]
+) -> translator.Translation:
     return for_mitsuba(translator.translate(read(path), dialect, asset_path))
 
 
-def name_kinds(state):
-    """Tell Mitsuba's XML writer which kind of object a plugin written in Python is."""
+def name_kinds(state: Any) -> None:
+    """Tell Mitsuba's XML writer which kind of object a plugin written in Python is.
+
+    Args:
+        state: `mi.parser.ParserState` of the scene.
+    """
     kinds = {
         "bsdf": "BSDF",
         "emitter": "Emitter",
@@ -76,18 +92,18 @@ class _Files:
         out: the XML file.
     """
 
-    def __init__(self, out):
+    def __init__(self, out: Path) -> None:
         self.out = out
         self.folder = out.with_name(out.stem + "_files")
-        self.written = []
+        self.written: list[Path] = []
 
-    def path(self, name):
+    def path(self, name: str) -> tuple[Path, str]:
         """A file of the folder, which is made; returns the path and the name for the XML."""
         self.folder.mkdir(exist_ok=True)
         self.written.append(self.folder / name)
         return self.written[-1], f"{self.folder.name}/{name}"
 
-    def externalise(self, value, name="scene"):
+    def externalise(self, value: Any, name: str = "scene") -> Any:
         """The dictionary with meshes and pictures replaced by file names."""
         if not isinstance(value, dict):
             return value
@@ -96,7 +112,7 @@ class _Files:
             return {"type": "ply", "filename": self.mesh(value["mesh"], name)} | {
                 k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()
             }
-        result = {}
+        result: dict[str, Any] = {}
         for key, item in value.items():
             if isinstance(item, Picture):
                 result["filename"] = self.picture(item, name)
@@ -106,25 +122,27 @@ class _Files:
                 result[key] = self.externalise(item, key if name == "scene" else f"{name}_{key}")
         return result
 
-    def mesh(self, mesh, name):
+    def mesh(self, mesh: Mesh, name: str) -> str:
         path, shown = self.path(f"{name}.ply")
         mitsuba_mesh({"mesh": mesh}).write_ply(str(path))
         return shown
 
-    def picture(self, picture, name):
+    def picture(self, picture: Picture, name: str) -> str:
         path, shown = self.path(f"{name}.exr")
-        with two_threads():
+        with exr_threads():
             mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
         return shown
 
-    def copied(self, file):
+    def copied(self, file: str) -> str:
         """A copy of a file that the scene names."""
         path, shown = self.path(Path(file).name)
         shutil.copyfile(file, path)
         return shown
 
 
-def python_source(path, dialect="manual", asset_path=()):
+def python_source(
+    path: str | Path, dialect: str = "manual", asset_path: Sequence[str | Path] = ()
+) -> str:
     """Python source that builds the dictionary of a scene file for `mi.load_dict`.
 
     Meshes and pictures appear as calls with their arrays.
@@ -139,14 +157,14 @@ def python_source(path, dialect="manual", asset_path=()):
     )
 
 
-def _medium(scene):
+def _medium(scene: dict[str, Any]) -> str:
     """The line that makes the medium around all objects, which meshes take as an object alone."""
     if AROUND not in scene:
         return ""
     return f"{AROUND} = mi.load_dict({_source(scene.pop(AROUND), 0)})\n\n"
 
 
-def _source(value, depth):
+def _source(value: Any, depth: int) -> str:
     if value == REFERENCE:
         return AROUND
     if isinstance(value, dict):
@@ -166,7 +184,7 @@ def _source(value, depth):
     return repr(value)
 
 
-def _entries(value, depth):
+def _entries(value: dict[str, Any], depth: int) -> str:
     inner = "    " * (depth + 1)
     lines = []
     for key, item in value.items():
@@ -175,6 +193,6 @@ def _entries(value, depth):
     return "{\n" + "".join(lines) + "    " * depth + "}"
 
 
-def _array(array):
+def _array(array: np.ndarray) -> str:
     dtype = ", np.float32" if array.dtype == np.float32 else ""
     return f"np.array({array.tolist()!r}{dtype})"

@@ -1,17 +1,22 @@
 """Find out what works on this machine: versions, the LLVM library, variants; and what to do."""
 
+from __future__ import annotations
+
 import importlib.metadata
 import os
 import platform
 import shutil
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from relume import llvm, probe
+from relume.cores import available_cores
+from relume.llvm import Library
 
 PACKAGES = (
-    "relume", "mitsuba", "drjit", llvm.WHEEL, "numpy", "OpenEXR", "pillow", "rich",
-    "click", "matplotlib", "flip-evaluator",
+    "relume", "mitsuba", "drjit", llvm.WHEEL, "numpy", "scipy", "OpenEXR", "pillow", "rich",
+    "click", "matplotlib", "Jinja2", "platformdirs", "flip-evaluator",
 )  # fmt: skip
 NEEDED = "llvm_ad_rgb"
 VARIANTS = (NEEDED, "llvm_ad_spectral", "scalar_rgb")
@@ -49,41 +54,37 @@ class Report:
     system: str
     versions: dict[str, str | None]
     cores: int
-    llvm: llvm.Library
-    candidates: tuple[llvm.Library, ...]
+    llvm: Library
+    candidates: tuple[Library, ...]
     variants: tuple[Variant, ...]
     advice: tuple[str, ...]
 
     @property
-    def healthy(self):
+    def healthy(self) -> bool:
         """Whether the variant that relume renders with works."""
         return any(variant.name == NEEDED and variant.works for variant in self.variants)
 
 
-def run():
+def run() -> int:
     """Examine the machine and print what was found.
 
     Returns:
-        int: exit status, 0 if `llvm_ad_rgb` works, else 1.
+        Exit status: 0 if `llvm_ad_rgb` works, else 1.
     """
     found = report()
     print_report(found)
     return 0 if found.healthy else 1
 
 
-def report():
-    """Examine the machine; every library and variant is tried in a subprocess.
-
-    Returns:
-        Report: what was found.
-    """
+def report() -> Report:
+    """Examine the machine; every library and variant is tried in a subprocess."""
     chosen = llvm.install()
-    names = [*VARIANTS, "cuda_ad_rgb"] if has_gpu() else VARIANTS
+    names = [*VARIANTS, *(["cuda_ad_rgb"] if has_gpu() else [])]
     variants = tuple(_try_variant(name, chosen.path) for name in names)
     return Report(
         system=f"{platform.platform()}, Python {platform.python_version()}",
         versions={package: _version(package) for package in PACKAGES},
-        cores=_cores(),
+        cores=available_cores(),
         llvm=chosen,
         candidates=tuple(llvm.judge(library, afresh=True) for library in _libraries(chosen)),
         variants=variants,
@@ -91,17 +92,13 @@ def report():
     )
 
 
-def has_gpu():
+def has_gpu() -> bool:
     """Tell whether an NVIDIA driver is installed."""
     return Path("/proc/driver/nvidia/version").exists() or bool(shutil.which("nvidia-smi"))
 
 
-def print_report(found):
-    """Print a report to standard output.
-
-    Args:
-        found (Report): what `report` returned.
-    """
+def print_report(found: Report) -> None:
+    """Print a report to standard output."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -110,12 +107,12 @@ def print_report(found):
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
 
-    def section(title, rows):
+    def section(title: str, rows: Iterable[tuple[str, str]]) -> None:
         table.add_row(f"[bold]{title}[/]")
         for name, text in rows:
             table.add_row(f"  {escape(name)}", escape(text))
 
-    def outcome(good, text=""):
+    def outcome(good: bool, text: str = "") -> str:
         return ("works" if good else "does not work") + (f": {text}" if text else "")
 
     section("Machine", [("system", found.system), ("cores", str(found.cores))])
@@ -135,16 +132,16 @@ def print_report(found):
     Console(highlight=False).print(table)
 
 
-def _libraries(chosen):
+def _libraries(chosen: Library) -> Collection[Library]:
     """List the machine's libraries, each once: by now the environment names the chosen one."""
     known = [*chosen.rejected, *([chosen] if chosen.path else [])]
-    libraries = {}
+    libraries: dict[str, Library] = {}
     for library in [*known, *llvm.candidates()]:
-        libraries.setdefault(os.path.realpath(library.path), library)
+        libraries.setdefault(os.path.realpath(str(library.path)), library)
     return libraries.values()
 
 
-def _try_variant(name, library):
+def _try_variant(name: str, library: str | None) -> Variant:
     if library is None and name.startswith("llvm"):
         return Variant(name, False, "there is no usable LLVM library")
     try:
@@ -154,7 +151,7 @@ def _try_variant(name, library):
     return Variant(name, True)
 
 
-def _advice(chosen, variants):
+def _advice(chosen: Library, variants: Iterable[Variant]) -> Iterator[str]:
     """Say what to do, most urgent first."""
     working = [variant.name for variant in variants if variant.works]
     for library in chosen.rejected:
@@ -168,14 +165,8 @@ def _advice(chosen, variants):
             yield "Until then scalar_rgb renders, much slower, scenes whose features work there."
 
 
-def _version(package):
+def _version(package: str) -> str | None:
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
         return None
-
-
-def _cores():
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -1,14 +1,18 @@
-"""Sums of pictures that do not depend on the order: exact, and rounded once, at the end.
+"""Sums of pictures that do not depend on the order of summation: exact, rounded once at the end.
 
 Floating-point addition is not associative, so a picture summed in another order, or in parts on
 several machines, would differ in its last bits. Here every float32 is split into integer multiples
-of fixed powers of two, 2^-180, 2^-140 ... 2^100, which are summed apart. Such a sum is exact in
+of fixed powers of two, 2^-180, 2^-140 ... 2^100, each summed separately. Such a sum is exact in
 double precision up to 2^53 units, each value brings at most 2^39 of them, and carries keep it
 there, so no bit is ever lost between the smallest float32 and 2^25 times the largest.
 
 Source: Demmel and Nguyen, Parallel reproducible summation, IEEE Transactions on Computers 64, 2015,
 of which this is the variant that keeps all bins.
 """
+
+from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,8 +32,8 @@ TILE = 2**15
 class ExactSum:
     """The sum of float32 arrays of one shape.
 
-    Values that are infinite or NaN are summed apart by the rules of IEEE 754, which do not depend
-    on the order either.
+    Values that are infinite or NaN are summed separately by the rules of IEEE 754, which do not
+    depend on the order either.
 
     Args:
         shape: of the arrays.
@@ -39,13 +43,13 @@ class ExactSum:
         special: float32 sum of the values that are not finite, or None.
     """
 
-    def __init__(self, shape):
+    def __init__(self, shape: Sequence[int]) -> None:
         self.shape = tuple(shape)
-        self.levels = {}
-        self.special = None
+        self.levels: dict[int, np.ndarray] = {}
+        self.special: np.ndarray | None = None
         self._sums = 0
 
-    def add(self, values):
+    def add(self, values: np.ndarray) -> None:
         """Add an array.
 
         Args:
@@ -61,7 +65,7 @@ class ExactSum:
             tile = slice(first, first + TILE)
             self._add_tile(values[tile].astype(np.float64), tile)
 
-    def merge(self, other):
+    def merge(self, other: ExactSum) -> None:
         """Add another sum of the same shape."""
         other.carry()
         self._make_room()
@@ -70,8 +74,8 @@ class ExactSum:
         if other.special is not None:
             self._add_special(other.special)
 
-    def carry(self):
-        """Bring the sum into the one form that it has whatever the order was.
+    def carry(self) -> None:
+        """Bring the sum into its canonical form, the same whatever the order of summation was.
 
         Every level but the last holds from -2^39 up to, but not, 2^39 units, and some other value
         than 0.
@@ -84,7 +88,7 @@ class ExactSum:
         self.levels = {e: self.levels[e] for e in used}
         self._sums = 0
 
-    def value(self):
+    def value(self) -> np.ndarray:
         """The sum, float64, wrong by less than 2^-51 of itself; NaN and infinities where due."""
         self.carry()
         total = np.zeros(self.shape)
@@ -92,7 +96,7 @@ class ExactSum:
             total += plane
         return total if self.special is None else total + self.special
 
-    def _add_tile(self, values, tile):
+    def _add_tile(self, values: np.ndarray, tile: slice) -> None:
         largest = np.abs(values).max()
         for exponent in reversed(LEVELS):
             if largest < 2.0 ** (exponent - 1):
@@ -106,7 +110,7 @@ class ExactSum:
             if not values.any():
                 return
 
-    def _carry_tile(self, exponent, tile):
+    def _carry_tile(self, exponent: int, tile: slice) -> None:
         plane = self._plane(exponent)[tile]
         carried = np.floor(np.ldexp(plane, -exponent - STEP) + 0.5)
         if carried.any():
@@ -114,16 +118,16 @@ class ExactSum:
             plane -= carried
             self._plane(exponent + STEP)[tile] += carried
 
-    def _add_special(self, values):
+    def _add_special(self, values: np.ndarray) -> None:
         with np.errstate(invalid="ignore"):
             self.special = values if self.special is None else self.special + values
 
-    def _plane(self, exponent):
+    def _plane(self, exponent: int) -> np.ndarray:
         if exponent not in self.levels:
             self.levels[exponent] = np.zeros(self.shape)
         return self.levels[exponent].reshape(-1)
 
-    def _make_room(self):
+    def _make_room(self) -> None:
         self._sums += 1
         if self._sums >= CARRY:
             self.carry()

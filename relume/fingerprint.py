@@ -1,4 +1,4 @@
-"""Names by content: two scenes have the same hash where they hold the same values, and only there.
+"""Fingerprints: two scenes have the same hash where they hold the same values, and only there.
 
 The hash of a translated scene covers its dictionary in order, the arrays of its meshes and pictures
 and the bytes of the files that it names; paths and times do not count. The order counts, since
@@ -6,13 +6,23 @@ Mitsuba picks lights in the order in which they are listed, and so do the names 
 are made from their lines.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import hashlib
 import importlib.metadata
 import struct
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from relume.options import RenderOptions
+from relume.version import version
+
+if TYPE_CHECKING:
+    from relume.translator.scene import Translation
 
 PER_PASS = "number of samples of a pixel in a pass"
 DIGEST = 16  # bytes: among 2^40 scenes, two collide with probability 2^-49
@@ -20,7 +30,7 @@ FILE_KEY = "filename"
 """Key of a scene dictionary whose value is the path of a file."""
 
 
-def content_hash(value):
+def content_hash(value: Any) -> str:
     """The hash of a value by its content.
 
     Args:
@@ -29,7 +39,7 @@ def content_hash(value):
             dictionary the value of `filename` is replaced by the content of that file.
 
     Returns:
-        str: 32 hexadecimal digits.
+        32 hexadecimal digits.
 
     Raises:
         TypeError: a value of another type.
@@ -41,7 +51,7 @@ def content_hash(value):
     return digest.hexdigest()
 
 
-def file_hash(path):
+def file_hash(path: str | Path) -> str:
     """The hash of a file's bytes: 32 hexadecimal digits."""
     digest = hashlib.blake2b(digest_size=DIGEST)
     with open(path, "rb") as file:
@@ -50,19 +60,18 @@ def file_hash(path):
     return digest.hexdigest()
 
 
-def versions():
+def versions() -> dict[str, str]:
     """Versions of what the values of a rendered sample depend on, by package."""
-    return {name: importlib.metadata.version(name) for name in ("relume", "mitsuba", "drjit")}
+    libraries = {name: importlib.metadata.version(name) for name in ("mitsuba", "drjit")}
+    return {"relume": version()} | libraries
 
 
-def of_render(translation, variant, seed, integrator, per_pass):
+def of_render(translation: Translation, options: RenderOptions, per_pass: int) -> dict[str, Any]:
     """What the samples of a pass depend on, besides its index and their number.
 
     Args:
         translation: the translated scene.
-        variant: Mitsuba variant.
-        seed: seed of the render.
-        integrator: plugin id in place of the scene's integrator, or None.
+        options: their seed, integrator and variant count, and where these are None the planned.
         per_pass: samples of a pixel in a pass.
 
     Returns:
@@ -72,15 +81,15 @@ def of_render(translation, variant, seed, integrator, per_pass):
     return {
         "scene": content_hash(translation.scene),
         "size": f"{plan.width}x{plan.height}",
-        "variant": variant,
-        "integrator": integrator or plan.integrator,
-        "seed": seed,
+        "variant": options.variant or plan.variant,
+        "integrator": options.integrator or plan.integrator,
+        "seed": options.seed,
         PER_PASS: per_pass,
     } | versions()
 
 
-def differences(there, here):
-    """Sentences that say in what two results of `of_render` differ.
+def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> Iterator[str]:
+    """Sentences that say in what the fingerprints of two renders differ.
 
     Args:
         there: one.
@@ -93,7 +102,7 @@ def differences(there, here):
             yield f"its {key} is {there.get(key)}, here {here[key]}"
 
 
-def _parts(value):
+def _parts(value: Any) -> Iterator[bytes | memoryview]:
     """Bytes of a value, prefixed with its type and length, so that no two values share them."""
     if isinstance(value, np.generic):
         value = value.item()
@@ -127,5 +136,5 @@ def _parts(value):
         raise TypeError(f"no hash of a {type(value).__name__}")
 
 
-def _tagged(kind, data):
+def _tagged(kind: bytes, data: bytes) -> bytes:
     return kind + b"%d:" % len(data) + data

@@ -10,8 +10,10 @@ process at the first kernel, which nothing can catch. `install` therefore sets t
 4. else to a name that does not exist, so that Dr.Jit starts without its LLVM variants.
 
 A library that is not known to work is probed in a subprocess that renders a tiny scene. The verdict
-is kept in the user's cache directory for as long as the file and the Dr.Jit version stay the same.
+is kept in the user's cache folder for as long as the file and the Dr.Jit version stay the same.
 """
+
+from __future__ import annotations
 
 import functools
 import glob
@@ -21,6 +23,7 @@ import re
 import sys
 import sysconfig
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -60,10 +63,10 @@ class Library:
     version: tuple[int, ...] | None = None
     usable: bool = False
     reason: str = ""
-    rejected: tuple["Library", ...] = ()
+    rejected: tuple[Library, ...] = ()
 
 
-def check_versions():
+def check_versions() -> None:
     """Check that the installed Mitsuba and Dr.Jit are versions that relume works with.
 
     Raises:
@@ -84,7 +87,7 @@ def check_versions():
 
 
 @functools.cache
-def install():
+def install() -> Library:
     """Choose the LLVM library and point Dr.Jit at it; later calls return the same choice.
 
     Warns:
@@ -92,7 +95,7 @@ def install():
             loaded a library that is not usable.
 
     Returns:
-        Library: the choice; not `usable` where the machine has no usable library.
+        The choice; not `usable` where the machine has no usable library.
     """
     if "drjit" in sys.modules:
         choice = already_loaded()
@@ -112,29 +115,28 @@ def install():
     return choice
 
 
-def choose():
+def choose() -> Library:
     """Pick the first usable library: the user's, the wheel's, then the system's.
 
     Returns:
-        Library: the choice; with `path` None and source ``none`` where nothing is usable.
+        The choice; with `path` None and source ``none`` where nothing is usable.
     """
-    rejected = []
+    rejected: list[Library] = []
     for candidate in candidates():
         library = judge(candidate)
         if library.usable:
             return replace(library, rejected=tuple(rejected))
         rejected.append(library)
-    found = ", ".join(library.path for library in rejected)
+    found = ", ".join(str(library.path) for library in rejected)
     found = f"found, but not usable: {found}" if found else "none found"
     reason = f"no usable LLVM library ({found}). {ADVICE}"
     return Library(None, "none", reason=reason, rejected=tuple(rejected))
 
 
-def candidates():
-    """List the libraries of this machine without judging them, highest precedence first.
+def candidates() -> Iterator[Library]:
+    """The libraries of this machine, not judged, highest precedence first.
 
-    Returns:
-        iterator of Library: computed one by one, as looking further costs time.
+    They are found one by one, as looking further costs time.
     """
     wheel = wheel_library()
     user = os.environ.get(VARIABLE)
@@ -146,12 +148,8 @@ def candidates():
     yield from system_libraries()
 
 
-def wheel_library():
-    """Find the library inside the wheel karellen-llvm-core, wherever that was installed.
-
-    Returns:
-        Library | None: None where the wheel is not installed.
-    """
+def wheel_library() -> Library | None:
+    """The library inside the wheel karellen-llvm-core, wherever that was installed, or None."""
     try:
         wheel = importlib.metadata.distribution(WHEEL)
     except importlib.metadata.PackageNotFoundError:
@@ -163,12 +161,8 @@ def wheel_library():
     return Library(paths[0], "wheel", _numbers(wheel.version)) if paths else None
 
 
-def system_libraries():
-    """List the LLVM libraries of the system: tested versions first, then newest first.
-
-    Returns:
-        list of Library: each file once.
-    """
+def system_libraries() -> list[Library]:
+    """LLVM libraries of the system, each file once: tested versions first, then newest first."""
     paths = {
         os.path.realpath(path)
         for directory in system_directories()
@@ -176,15 +170,15 @@ def system_libraries():
         if _named(os.path.basename(path)) and os.path.isfile(path)
     }
 
-    def preference(library):
+    def preference(library: Library) -> tuple:
         version = library.version or (0,)
         return version[0] not in TESTED, tuple(-number for number in version), library.path
 
     return sorted((Library(path, "system", _version_in(path)) for path in paths), key=preference)
 
 
-def system_directories():
-    """List the directories (patterns expanded) where systems keep LLVM."""
+def system_directories() -> list[str]:
+    """The directories (patterns expanded) where systems keep LLVM."""
     patterns = [
         *os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep),
         os.path.join(sys.base_prefix, "lib"),
@@ -202,32 +196,33 @@ def system_directories():
     return [path for pattern in patterns if pattern for path in glob.glob(pattern)]
 
 
-def judge(library, *, afresh=False):
+def judge(library: Library, *, afresh: bool = False) -> Library:
     """Say whether a library is usable: by its version, by an earlier verdict, or by a probe.
 
     Args:
-        library (Library): a candidate.
-        afresh (bool): probe it whatever is known of it.
+        library: a candidate.
+        afresh: probe it whatever is known of it.
 
     Returns:
-        Library: the same with `usable`, `reason` and, where it was probed, `version` filled in.
+        The same with `usable`, `reason` and, where it was probed, `version` filled in.
     """
     if library.version and library.version[0] < OLDEST:
         known = f"LLVM {dotted(library.version)} is too old, {OLDEST} or newer is needed"
         return replace(library, reason=known)
-    if library.source == "wheel" and library.version[0] in TESTED and not afresh:
+    wheel = library.source == "wheel"
+    if wheel and library.version and library.version[0] in TESTED and not afresh:
         known = f"LLVM {dotted(library.version)} of the package {WHEEL}, a tested version"
         return replace(library, usable=True, reason=known)
-    version, usable, reason = probe.verdict(library.path, afresh=afresh)
-    version = tuple(version or ()) or library.version
-    return replace(library, version=version, usable=usable, reason=reason)
+    assert library.path is not None
+    found = probe.verdict(library.path, afresh=afresh)
+    version = found.version or library.version
+    return replace(library, version=version, usable=found.usable, reason=found.reason)
 
 
-def already_loaded():
-    """Describe the library of a Dr.Jit that was imported before relume.
+def already_loaded() -> Library:
+    """The library of a Dr.Jit that was imported before relume.
 
-    Returns:
-        Library: with source ``user`` where the environment names it.
+    Its source is ``user`` where the environment names it.
     """
     import drjit as dr
 
@@ -240,7 +235,7 @@ def already_loaded():
     if path is None:
         return Library(user, "user" if user else "system", dr.detail.llvm_version(), True, early)
     wheel = wheel_library()
-    if wheel and os.path.samefile(path, wheel.path):
+    if wheel and wheel.path and os.path.samefile(path, wheel.path):
         return judge(wheel)
     library = judge(Library(path, "user" if user else "system", _version_in(path)))
     if library.usable:
@@ -249,8 +244,8 @@ def already_loaded():
     return replace(library, reason=reason)
 
 
-def _mapped_library():
-    """Return the path of the LLVM library mapped into this process, None if that is unknown."""
+def _mapped_library() -> str | None:
+    """The path of the LLVM library mapped into this process, None if that is unknown."""
     try:
         maps = Path("/proc/self/maps").read_text()
     except OSError:
@@ -262,23 +257,23 @@ def _mapped_library():
     return None
 
 
-def _named(name):
+def _named(name: str) -> bool:
     """Tell whether a file name is that of LLVM's shared library."""
-    return re.fullmatch(r"libLLVM(-[\d.]+)?\.(so|dylib)(\.\d[\w.+-]*)?|LLVM-C\.dll", name)
+    return bool(re.fullmatch(r"libLLVM(-[\d.]+)?\.(so|dylib)(\.\d[\w.+-]*)?|LLVM-C\.dll", name))
 
 
-def _version_in(path):
+def _version_in(path: str) -> tuple[int, ...] | None:
     """Read the version in the file name of an LLVM library, None if it has none."""
     match = re.match(r"libLLVM(?:-|\.so\.)(\d+(?:\.\d+)*)", os.path.basename(path))
     return _numbers(match[1]) if match else None
 
 
-def _numbers(version):
+def _numbers(version: str) -> tuple[int, ...]:
     """Read the release numbers of a version: ``3.9.1rc2`` is (3, 9, 1)."""
     match = re.match(r"\d+(?:\.\d+)*", version)
     return tuple(int(number) for number in match[0].split(".")) if match else ()
 
 
-def dotted(version):
+def dotted(version: tuple[int, ...]) -> str:
     """Write release numbers as a version."""
     return ".".join(map(str, version))

@@ -1,24 +1,32 @@
 """`relume merge`: one picture of passes that were rendered apart."""
 
+from __future__ import annotations
+
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
+from rich.console import Console
+
 from relume import fingerprint, output, passes_file
+from relume.destination import PASSES
 from relume.passes import PassPlan, PassSet
-from relume.rendering import PASSES
+from relume.passes_file import Header
 
 
 class CannotMerge(ValueError):
     """Files that do not belong together; the message names them and says why."""
 
 
-def merge(parts, out, console):
+def merge(
+    parts: Sequence[str | Path], out: str | Path, console: Console
+) -> tuple[tuple[Path, ...], PassSet]:
     """Merge files of passes.
 
     Args:
         parts: the files.
         out: the picture; a name that ends with `.passes.exr` takes the passes themselves.
-        console: `rich.console.Console` for what was found.
+        console: for what was found.
 
     Returns:
         Paths of the files written, and the `PassSet` of what is missing.
@@ -37,7 +45,7 @@ def merge(parts, out, console):
     for part in parts[1:]:
         accumulator.merge(passes_file.read(part))
     console.print(
-        f"passes {accumulator.done.ranges()}: {accumulator.spp} of {header.spp} samples a pixel",
+        f"passes {accumulator.done.ranges()}: {accumulator.spp} of {header.spp} samples per pixel",
         highlight=False,
     )
     if len(missing):
@@ -48,7 +56,7 @@ def merge(parts, out, console):
     return output.write_outputs(out, accumulator.image(), header.gamma).paths, missing
 
 
-def checked(parts):
+def checked(parts: Sequence[str | Path]) -> tuple[Header, PassSet]:
     """Check that files belong together and share no pass, before their sums are read.
 
     Args:
@@ -62,7 +70,8 @@ def checked(parts):
     """
     headers = {part: passes_file.read_header(part) for part in parts}
     first, *_ = headers.values()
-    owned, done = [], PassSet()
+    owned: list[tuple[str | Path, PassSet]] = []
+    done = PassSet()
     for part, header in headers.items():
         found = list(fingerprint.differences(header.render, first.render))
         if found:

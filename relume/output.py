@@ -5,6 +5,8 @@ directory that the user chose. Pictures are written to a temporary file beside t
 renamed, so that a reader sees the old picture or the new one and never half of it.
 """
 
+from __future__ import annotations
+
 import contextlib
 import io
 import os
@@ -12,6 +14,7 @@ import re
 import secrets
 import unicodedata
 import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,42 +45,51 @@ class Written:
 
 
 def output_name(
-    stem, ext, n, m, seconds, spp, *, method="", nes=False, spectrum=False, suffix=""
-):
+    stem: str,
+    ext: str,
+    n: int,
+    m: int,
+    seconds: float,
+    spp: int,
+    *,
+    method: str = "",
+    nes: bool = False,
+    spectrum: bool = False,
+    suffix: str = "",
+) -> str:
     """Compose the name of the final picture as the original program does.
 
     Args:
-        stem (str): ``OUTPUT`` without its extension, directories included.
-        ext (str): extension with its dot.
-        n (int): ``SAMPLING``.
-        m (int): ``SUPERSAMPLING``; of a Metropolis render ``mutation``.
-        seconds (float): time the render took.
-        spp (int): samples per pixel that the picture holds.
-        method (str): `pssmlt`, `erpt`, or empty.
-        nes (bool): whether next event estimation is on.
-        spectrum (bool): whether wavelengths were rendered.
-        suffix (str): value of the environment variable ``SUFFIX_SYMBOL``.
+        stem: ``OUTPUT`` without its extension, directories included.
+        ext: extension with its dot.
+        n: ``SAMPLING``.
+        m: ``SUPERSAMPLING``; of a Metropolis render ``mutation``.
+        seconds: time the render took.
+        spp: samples per pixel that the picture holds.
+        method: `pssmlt`, `erpt`, or empty.
+        nes: whether next event estimation is on.
+        spectrum: whether wavelengths were rendered.
+        suffix: value of the environment variable ``SUFFIX_SYMBOL``.
 
     Returns:
-        str: ``<stem>_<n>x<m>[_mlt][_nes]_<seconds>(<spp>spp)[_spectrum]<suffix><ext>``; with ERPT
+        ``<stem>_<n>x<m>[_mlt][_nes]_<seconds>(<spp>spp)[_spectrum]<suffix><ext>``; with ERPT
         ``_erpt``, and without ``(<spp>spp)``.
 
     Source: manual, OUTPUT; the program's own names.
     """
-    nes = "_nes" if nes else ""
-    spectrum = "_spectrum" if spectrum else ""
-    method = {"pssmlt": "_mlt", "erpt": "_erpt"}.get(method, "")
-    samples = "" if method == "_erpt" else f"({spp}spp)"
-    return f"{stem}_{n}x{m}{method}{nes}_{seconds:.1f}{samples}{spectrum}{suffix}{ext}"
+    marks = {"pssmlt": "_mlt", "erpt": "_erpt"}.get(method, "") + ("_nes" if nes else "")
+    samples = "" if method == "erpt" else f"({spp}spp)"
+    colors = "_spectrum" if spectrum else ""
+    return f"{stem}_{n}x{m}{marks}_{seconds:.1f}{samples}{colors}{suffix}{ext}"
 
 
-def split_extension(name):
+def split_extension(name: str) -> tuple[str, str]:
     """Split a file name into stem and extension; a tail such as ``.5(400spp)`` is no extension."""
     match = EXTENSION.search(name)
     return (name[: match.start()], match[0]) if match else (name, "")
 
 
-def safe_path(name, base):
+def safe_path(name: str, base: str | Path) -> tuple[Path, str]:
     """Find the place below a directory for a file that a scene names, and make its directories.
 
     Drives, leading slashes and ``..`` are dropped; characters that a file system refuses or that
@@ -85,12 +97,12 @@ def safe_path(name, base):
     is a link out of `base`, or no directory, is avoided by appending ``_``.
 
     Args:
-        name (str): what the scene wrote.
-        base (path): directory below which the file must lie.
+        name: what the scene wrote.
+        base: directory below which the file must lie.
 
     Returns:
-        tuple: the path (a link at that path itself is for `write_image` to replace), and a note
-        (str) that says what was changed, empty if nothing was.
+        The path (a link at that path itself is for `write_image` to replace), and a note that says
+        what was changed, empty if nothing was.
 
     Raises:
         OutputError: a directory cannot be made.
@@ -115,7 +127,7 @@ def safe_path(name, base):
     return path, f"{shown!a} is written as {written!r}, below {str(base)!r}"
 
 
-def _clean_part(part):
+def _clean_part(part: str) -> str:
     """Make one part of a path safe; empty if nothing is left of it."""
     if re.fullmatch(r"\s*[A-Za-z]:", part):
         return ""
@@ -128,12 +140,12 @@ def _clean_part(part):
     return stem.encode()[:room].decode(errors="ignore") + ext
 
 
-def _misleading(character):
+def _misleading(character: str) -> bool:
     """Tell whether a character is refused by some file system, invisible, or not encodable."""
     return character in '<>:"|?*' or unicodedata.category(character) in ("Cc", "Cf", "Cs", "Zl")
 
 
-def _subdirectory(path, inside):
+def _subdirectory(path: Path, inside: Path) -> Path:
     """Make a directory, under a longer name where that one is taken or leads out of `inside`."""
     while True:
         try:
@@ -147,11 +159,11 @@ def _subdirectory(path, inside):
         path = path.with_name(path.name + "_")
 
 
-def check_writable(path):
+def check_writable(path: str | Path) -> None:
     """Check that a picture can be written, before hours are spent on rendering it.
 
     Args:
-        path (path): the picture's file; its directory is made.
+        path: the picture's file; its directory is made.
 
     Raises:
         OutputError: its directory cannot be made or written to.
@@ -160,16 +172,16 @@ def check_writable(path):
         pass
 
 
-def write_outputs(path, image, gamma=0.0):
+def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
     """Write a picture and, as the original program does, a BMP beside it.
 
     Args:
-        path (path): the file; the extension chooses its format as for `write_image`.
-        image (ndarray): linear RGB, shape (height, width, 3), row 0 at the top.
-        gamma (float): the scene's ``gamma_offset``.
+        path: the file; the extension chooses its format as for `write_image`.
+        image: linear RGB, shape (height, width, 3), row 0 at the top.
+        gamma: the scene's ``gamma_offset``.
 
     Returns:
-        Written: the picture and the BMP (once, if it is the BMP).
+        The picture and the BMP (once, if it is the BMP).
 
     Raises:
         OutputError: a file cannot be written.
@@ -183,7 +195,7 @@ def write_outputs(path, image, gamma=0.0):
     return Written(written.paths + beside.paths, written.repaired)
 
 
-def write_image(path, image, gamma=0.0):
+def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
     """Write a picture in the format of its extension (in any case).
 
     ``.hdr`` (Radiance RGBE) and ``.exr`` (float32 R, G, B) are linear; ``.png``, ``.bmp`` (24 bit)
@@ -191,13 +203,13 @@ def write_image(path, image, gamma=0.0):
     extension becomes ``.ppm``. A file or link of that name is replaced; directories are made.
 
     Args:
-        path (path): the file.
-        image (ndarray): linear RGB, shape (height, width, 3), row 0 at the top.
-        gamma (float): the scene's ``gamma_offset``: the exponent e where its magnitude is above
+        path: the file.
+        image: linear RGB, shape (height, width, 3), row 0 at the top.
+        gamma: the scene's ``gamma_offset``: the exponent e where its magnitude is above
             0.01, else e = 1/2.2; without effect on linear formats.
 
     Returns:
-        Written: the file's real path, and the number of pixels that had to be repaired.
+        The file's real path, and the number of pixels that had to be repaired.
 
     Raises:
         OutputError: the file cannot be written; one that existed is as it was.
@@ -220,14 +232,14 @@ def write_image(path, image, gamma=0.0):
     return Written((path,), repaired)
 
 
-def repair(image):
+def repair(image: np.ndarray) -> tuple[np.ndarray, int]:
     """Replace what no picture can show: NaN and negative values by 0, infinity by 1.
 
     Args:
-        image (ndarray): float32, shape (height, width, 3).
+        image: float32, shape (height, width, 3).
 
     Returns:
-        tuple: the image, and the number of pixels that were changed.
+        The image, and the number of pixels that were changed.
     """
     good = (image >= 0) & (image < np.inf)
     if good.all():
@@ -235,15 +247,15 @@ def repair(image):
     return np.where(good, image, image == np.inf), int((~good.all(axis=2)).sum())
 
 
-def encode_display(image, gamma=0.0):
+def encode_display(image: np.ndarray, gamma: float = 0.0) -> np.ndarray:
     """Encode linear radiance for display: ``floor(255 clamp(L)^e + 1/2)``.
 
     Args:
-        image (ndarray): linear, not NaN.
-        gamma (float): e where its magnitude is above 0.01, else e = 1/2.2.
+        image: linear, not NaN.
+        gamma: e where its magnitude is above 0.01, else e = 1/2.2.
 
     Returns:
-        ndarray: uint8, same shape.
+        uint8, same shape.
     """
     exponent = gamma if abs(gamma) > 0.01 else DISPLAY_EXPONENT
     with np.errstate(divide="ignore"):  # black under a negative exponent is white
@@ -251,16 +263,16 @@ def encode_display(image, gamma=0.0):
     return (255 * np.minimum(encoded, 1) + 0.5).astype(np.uint8)
 
 
-def encode_rgbe(image):
+def encode_rgbe(image: np.ndarray) -> np.ndarray:
     """Encode linear radiance as Radiance RGBE: value = mantissa · 2^(exponent - 136).
 
     Mantissas are rounded to nearest, as today's readers add no half step back.
 
     Args:
-        image (ndarray): finite, not negative, shape (height, width, 3).
+        image: finite, not negative, shape (height, width, 3).
 
     Returns:
-        ndarray: uint8, shape (height, width, 4).
+        uint8, shape (height, width, 4).
 
     Source: Ward, Real Pixels, Graphics Gems II, 1991.
     """
@@ -276,7 +288,7 @@ def encode_rgbe(image):
     return rgbe
 
 
-def _write_hdr(path, image):
+def _write_hdr(path: Path, image: np.ndarray) -> None:
     height, width, _ = image.shape
     rgbe = encode_rgbe(image)
     header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
@@ -285,7 +297,7 @@ def _write_hdr(path, image):
     path.write_bytes(header + body)
 
 
-def _pack_scanlines(rgbe):
+def _pack_scanlines(rgbe: np.ndarray) -> bytes:
     """Store scanlines channel by channel in literal runs: noise leaves nothing to repeat."""
     height, width, _ = rgbe.shape
     starts = range(0, width, 128)
@@ -301,7 +313,7 @@ def _pack_scanlines(rgbe):
     return np.concatenate([marker, packed.reshape(height, -1)], axis=1).tobytes()
 
 
-def _write_exr(path, image):
+def _write_exr(path: Path, image: np.ndarray) -> None:
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
@@ -309,7 +321,7 @@ def _write_exr(path, image):
     OpenEXR.File(header, channels).write(str(path))
 
 
-def _write_ppm(path, pixels):
+def _write_ppm(path: Path, pixels: np.ndarray) -> None:
     height, width, _ = pixels.shape
     digits = np.array([list(f"{value:3d} ".encode()) for value in range(256)], np.uint8)
     text = digits[pixels]
@@ -317,15 +329,15 @@ def _write_ppm(path, pixels):
     path.write_bytes(f"P3\n{width} {height}\n255\n".encode() + text.tobytes())
 
 
-def _write_png(path, pixels):
+def _write_png(path: Path, pixels: np.ndarray) -> None:
     path.write_bytes(_pillow(pixels, "PNG"))
 
 
-def _write_bmp(path, pixels):
+def _write_bmp(path: Path, pixels: np.ndarray) -> None:
     path.write_bytes(_pillow(pixels, "BMP"))
 
 
-def _pillow(pixels, format):
+def _pillow(pixels: np.ndarray, format: str) -> bytes:
     """Encode in memory: written to a file directly, Pillow's BMP is silently cut on a full disk."""
     from PIL import Image
 
@@ -334,7 +346,8 @@ def _pillow(pixels, format):
     return buffer.getvalue()
 
 
-WRITERS = {  # extension: writer, whether it takes linear values
+# extension: writer, whether it takes linear values
+WRITERS: dict[str, tuple[Callable[[Path, np.ndarray], None], bool]] = {
     ".hdr": (_write_hdr, True),
     ".exr": (_write_exr, True),
     ".png": (_write_png, False),
@@ -344,7 +357,7 @@ WRITERS = {  # extension: writer, whether it takes linear values
 
 
 @contextlib.contextmanager
-def replacing(path, *, rename=True):
+def replacing(path: Path, *, rename: bool = True) -> Iterator[Path]:
     """Give a new temporary file beside `path`; if the block ends well, put it in its place."""
     temporary = path.with_name(f"{_temporary(path)}{secrets.token_hex(4)}.tmp")
     flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
@@ -365,17 +378,17 @@ def replacing(path, *, rename=True):
             temporary.unlink()
 
 
-def clear_leftovers(path):
+def clear_leftovers(path: Path) -> None:
     """Remove the temporary files of writers of `path` that were killed; none may be at work."""
     for left in path.parent.glob(f"{_temporary(path)}*.tmp"):
         with contextlib.suppress(OSError):
             left.unlink()
 
 
-def _temporary(path):
+def _temporary(path: Path) -> str:
     """Beginning of the names of the temporary files of a path."""
     return f".relume-{zlib.crc32(os.fsencode(path.name)):08x}-"
 
 
-def _cause(error):
+def _cause(error: BaseException) -> str:
     return getattr(error, "strerror", None) or str(error)

@@ -6,15 +6,19 @@ red, `Q-20.R.0` that of their squares (see `exact`). The header's attribute `rel
 which passes they are, of which render, and a checksum.
 """
 
+from __future__ import annotations
+
 import json
 import zlib
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from relume.accumulator import Accumulator
-from relume.exact import LEVELS
+from relume.exact import LEVELS, ExactSum
 from relume.output import replacing
 from relume.passes import PassSet
 
@@ -33,7 +37,7 @@ class Header:
 
     Attributes:
         render: which render they are of, as `fingerprint.of_render`.
-        spp: samples of a pixel that the render is to have in the end.
+        spp: samples per pixel that the render is to have in the end.
         seconds: time that they took.
         gamma: the scene's `gamma_offset`, for pictures encoded for display.
         size: width and height [pixel].
@@ -43,29 +47,29 @@ class Header:
         format: of the file.
     """
 
-    render: dict
+    render: dict[str, Any]
     spp: int
     seconds: float
     gamma: float
-    size: tuple = ()
+    size: tuple[int, ...] = ()
     passes: str = ""
     observations: int = 0
     checksum: int = 0
     format: int = FORMAT
 
     @property
-    def done(self):
+    def done(self) -> PassSet:
         """The `PassSet`."""
         return PassSet.parse(self.passes)
 
 
-def write(path, accumulator, header):
+def write(path: str | Path, accumulator: Accumulator, header: Header) -> None:
     """Write an accumulator in place of the file, so that a reader sees the old or the new one.
 
     Args:
         path: the file.
-        accumulator: `Accumulator`.
-        header: `Header`, of which the attributes from `size` on follow from the accumulator.
+        accumulator: what to write.
+        header: its attributes from `size` on follow from the accumulator, whatever they are.
 
     Raises:
         OutputError: the file cannot be written; one that existed is as it was.
@@ -75,7 +79,7 @@ def write(path, accumulator, header):
     image = accumulator.image()
     channels = {name: np.ascontiguousarray(image[..., i]) for i, name in enumerate(RGB)}
     sums = _words("S", accumulator.sum) | _words("Q", accumulator.squares)
-    told = asdict(header) | {
+    facts = asdict(header) | {
         "size": (accumulator.width, accumulator.height),
         "passes": str(accumulator.done),
         "observations": accumulator.observations,
@@ -83,13 +87,16 @@ def write(path, accumulator, header):
     }
     shape = accumulator.height, accumulator.width
     channels |= {name: words.reshape(shape) for name, words in sums.items()}
-    attributes = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage}
-    attributes[ATTRIBUTE] = json.dumps(told)
+    attributes: dict[str, Any] = {
+        "compression": OpenEXR.NO_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+    }
+    attributes[ATTRIBUTE] = json.dumps(facts)
     with replacing(Path(path)) as temporary:
         OpenEXR.File(attributes, channels).write(str(temporary))
 
 
-def read_header(path):
+def read_header(path: str | Path) -> Header:
     """The `Header` of a file.
 
     Raises:
@@ -120,7 +127,7 @@ def read_header(path):
     return header
 
 
-def holds_passes(path):
+def holds_passes(path: str | Path) -> bool:
     """Whether a file holds passes, as far as its header says."""
     try:
         read_header(path)
@@ -129,7 +136,7 @@ def holds_passes(path):
     return True
 
 
-def read(path):
+def read(path: str | Path) -> Accumulator:
     """Read an accumulator.
 
     Raises:
@@ -153,7 +160,7 @@ def read(path):
     return result
 
 
-def _words(letter, total):
+def _words(letter: str, total: ExactSum) -> dict[str, np.ndarray]:
     """The planes of an `ExactSum` as 32-bit words by the name of their channel."""
     total.carry()
     result = {}
@@ -169,7 +176,7 @@ def _words(letter, total):
     return result
 
 
-def _restore(letter, total, words):
+def _restore(letter: str, total: ExactSum, words: Mapping[str, np.ndarray]) -> None:
     """Fill an `ExactSum` from what `_words` made."""
     for exponent in LEVELS:
         if f"{letter}{exponent:+d}.R.0" in words:
@@ -183,7 +190,7 @@ def _restore(letter, total, words):
         total.special = np.stack(special).view(np.float32)
 
 
-def _checksum(words):
+def _checksum(words: Mapping[str, np.ndarray]) -> int:
     total = 0
     for name in sorted(words):
         total = zlib.crc32(np.ascontiguousarray(words[name]).data.cast("B"), total)

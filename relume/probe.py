@@ -1,14 +1,19 @@
 """Render a tiny scene in a subprocess, to learn what would end this process.
 
-The verdict on an LLVM library is kept in the user's cache directory (``XDG_CACHE_HOME``, else
-``~/.cache``), under the file's name, time and size and the version of Dr.Jit.
+The verdict on an LLVM library is kept in the user's cache folder, under the file's name, time and
+size and the version of Dr.Jit.
 """
+
+from __future__ import annotations
 
 import importlib.metadata
 import json
 import os
 import sys
 from pathlib import Path
+from typing import NamedTuple
+
+from relume import cache
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
 SECONDS = 120
@@ -40,23 +45,37 @@ class Failed(Exception):
     """The subprocess did not render.
 
     Attributes:
-        lasting (bool): whether another try on the same machine would end the same.
+        lasting: whether another try on the same machine would end the same.
     """
 
-    def __init__(self, message, *, lasting):
+    def __init__(self, message: str, *, lasting: bool) -> None:
         super().__init__(message)
         self.lasting = lasting
 
 
-def render(variant, library):
+class Verdict(NamedTuple):
+    """What is known of an LLVM library.
+
+    Attributes:
+        version: its numbers, most significant first; None if unknown.
+        usable: whether Dr.Jit renders with it.
+        reason: why, or why not.
+    """
+
+    version: tuple[int, ...] | None
+    usable: bool
+    reason: str
+
+
+def render(variant: str, library: str) -> list[int] | None:
     """Render a few pixels under a variant in a subprocess with an empty Dr.Jit kernel cache.
 
     Args:
-        variant (str): a Mitsuba variant.
-        library (str): what ``DRJIT_LIBLLVM_PATH`` is set to there.
+        variant: a Mitsuba variant.
+        library: what ``DRJIT_LIBLLVM_PATH`` is set to there.
 
     Returns:
-        tuple of int | None: the version of LLVM, for an LLVM variant.
+        The version of LLVM, for an LLVM variant.
 
     Raises:
         Failed: the variant is not available, the process ended, or the picture made no sense.
@@ -90,7 +109,7 @@ def render(variant, library):
     raise _failure(run.returncode, run.stderr.decode(errors="replace").strip())
 
 
-def _failure(status, stderr):
+def _failure(status: int, stderr: str) -> Failed:
     """Say what an exit status other than 0 means."""
     import signal
 
@@ -104,41 +123,35 @@ def _failure(status, stderr):
     return Failed(f"it ends the whole process ({name})", lasting=-status not in stopped)
 
 
-def verdict(library, *, afresh=False):
-    """Tell whether Dr.Jit renders with an LLVM library: from memory, else by a probe.
+def verdict(library: str, *, afresh: bool = False) -> Verdict:
+    """Tell whether Dr.Jit renders with an LLVM library: from the cache, else by a probe.
 
     Args:
-        library (str): file name of the library.
-        afresh (bool): probe it even if there is a verdict in memory.
-
-    Returns:
-        tuple: version (tuple of int, None if unknown), usable (bool), reason (str).
+        library: file name of the library.
+        afresh: probe it even if there is a verdict in the cache.
     """
     key = _key(library)
-    if not afresh and (known := _recall(key)):
+    if key and not afresh and (known := _recall(key)):
         return known
     try:
         version = render("llvm_ad_rgb", library)
-        answer = version, True, "a tiny scene rendered with it"
+        found = Verdict(tuple(version or ()) or None, True, "a tiny scene rendered with it")
     except Failed as failed:
-        answer = None, False, str(failed)
+        found = Verdict(None, False, str(failed))
         if not failed.lasting:
-            return answer
+            return found
     if key:
-        _remember(key, answer)
-    return answer
+        _remember(key, found)
+    return found
 
 
-def cache_file():
-    """Return the path of the file that keeps the verdicts."""
-    directory = os.environ.get("XDG_CACHE_HOME", "")
-    if not os.path.isabs(directory):
-        directory = os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(directory, "relume", "llvm.json")
+def cache_file() -> Path:
+    """The file that keeps the verdicts."""
+    return cache.folder() / "llvm.json"
 
 
-def _key(library):
-    """Name a library file in the cache; None where it could not be told from its successor."""
+def _key(library: str) -> str | None:
+    """The name of a library file in the cache; None where it could not be told from a later one."""
     try:
         file = os.stat(library)
     except OSError:
@@ -147,23 +160,23 @@ def _key(library):
     return f"{os.path.realpath(library)}|{file.st_mtime_ns}|{file.st_size}|drjit {drjit}"
 
 
-def _read():
+def _read() -> dict:
     try:
-        cache = json.loads(cache_file().read_text())
+        kept = json.loads(cache_file().read_text())
     except (OSError, ValueError):
         return {}
-    return cache if isinstance(cache, dict) else {}
+    return kept if isinstance(kept, dict) else {}
 
 
-def _recall(key):
-    """Return the verdict kept under a key; None if there is none that makes sense."""
+def _recall(key: str) -> Verdict | None:
+    """The verdict kept under a key; None if there is none that makes sense."""
     match _read().get(key):
         case [list() | None as version, bool(usable), str(reason)]:
-            return version, usable, reason
+            return Verdict(tuple(version or ()) or None, usable, reason)
     return None
 
 
-def _remember(key, answer):
+def _remember(key: str, found: Verdict) -> None:
     """Keep a verdict; a cache that cannot be written costs a probe at the next start, no more."""
     import tempfile
 
@@ -172,7 +185,7 @@ def _remember(key, answer):
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=file.parent) as directory:
             fresh = Path(directory, file.name)
-            fresh.write_text(json.dumps(_read() | {key: answer}, indent=1))
+            fresh.write_text(json.dumps(_read() | {key: found}, indent=1))
             os.replace(fresh, file)
     except OSError:
         return

@@ -1,168 +1,250 @@
 """`relume render`: a session with progress, dumps, limits and safe output."""
 
-import math
-import signal
-import sys
-from contextlib import closing, contextmanager
-from pathlib import Path
+from __future__ import annotations
 
-from relume.translator.plan import metropolis, mutations
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from relume import cluster as clusters
-from relume import fingerprint, output, translator
-from relume.application import prepared, read, resized, usable_variant
+from relume import fingerprint, output
+from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
-from relume.passes import PassPlan
+from relume.destination import Destination, Dumps, Keep
+from relume.loading import SceneSource, open_session, translated, usable_variant
+from relume.options import RenderOptions
+from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
-from relume.session import CannotRender, add_up
+from relume.progress import Progress, TimeLimit, interruptible, progress_bar
+from relume.session import CannotRender, accumulate
+from relume.translator import Document, Translation
 
-DUMP_INTERVAL = 60.0
-"""With a time limit the picture so far is written each minute, as the manual says [s]."""
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
-PASSES = ".passes.exr"
-"""Ending of the file of passes beside a picture."""
+@dataclass(frozen=True)
+class PassOptions:
+    """Which passes are rendered, and what becomes of them on disk.
+
+    Attributes:
+        resume: go on with the passes that an earlier render left beside the picture.
+        keep: leave the passes there even if the render is finished.
+        only: (start, stop) to render these passes alone, and write them, not a picture.
+        per_pass: samples of a pixel in a pass, 1 or more; None for the usual number. Others give
+            another picture, as good.
+    """
+
+    resume: bool = False
+    keep: bool = False
+    only: tuple[int, int] | None = None
+    per_pass: int | None = None
+
+
+EVERY_PASS = PassOptions()
+
+
+class Ended(NamedTuple):
+    """How a render ended: after how many seconds, and why early; an empty string if it did not."""
+
+    seconds: float
+    why: str
 
 
 def render_file(
-    path,
+    scene: SceneSource,
+    options: RenderOptions | None = None,
     *,
-    out=None,
-    size=None,
-    spp=None,
-    seed=0,
-    integrator=None,
-    variant=None,
-    dialect="manual",
-    asset_path=(),
-    time_limit=None,
-    resume=False,
-    keep=False,
-    passes=None,
-    per_pass=None,
-    cluster=None,
-    console,
-):
-    """Render a scene file and write its picture.
+    out: str | Path | None = None,
+    passes: PassOptions = EVERY_PASS,
+    time_limit: float | None = None,
+    cluster: clusters.Cluster | None = None,
+    console: Console,
+    **changes: Any,
+) -> tuple[Path, ...]:
+    """Render a scene and write its picture.
 
     Args:
-        path: the scene file.
-        out: picture file, or a folder (existing, or with a trailing slash) for the name that the
-            scene gives; None for the scene's name below the working directory.
-        size: as `relume.render`, and so are the others up to `asset_path`.
-        spp: samples of a pixel.
-        seed: seed of the session.
-        integrator: plugin id.
-        variant: Mitsuba variant.
-        dialect: `manual` or `prender`.
-        asset_path: folders of the scene's files.
+        scene: the scene file, or what `relume.read` returned.
+        options: as `relume.render`.
+        out: picture file, or a folder, as `Destination`.
+        passes: which passes, and whether they are kept.
         time_limit: seconds after which rendering stops with what it has; None for the scene's.
-        resume: go on with the passes that an earlier render left beside the picture.
-        keep: leave the passes there even if the render is finished.
-        passes: (start, stop) to render these passes alone, and write them, not a picture.
-        per_pass: samples of a pixel in a pass; None for the usual number. Others give another
-            picture, as good.
         cluster: `relume.cluster.Cluster` that renders, or None for this process.
         console: `rich.console.Console` for progress and notes.
+        changes: fields of `RenderOptions`, in place of those of `options`.
 
     Returns:
         Paths of the files written, the picture first.
 
     Raises:
         CannotRender: as `relume.render`; and the passes left there are of another render, or of
-            this one and `resume` is not set.
+            this one and `passes.resume` is not set.
         OutputError: a file cannot be written.
         ValueError: a number out of range.
     """
-    document = resized(read(path), size, spp)
-    translation = translator.translate(document, dialect, asset_path)
-    report(translation, console)
-    if time_limit is None and document.time_limit >= 0:
-        time_limit = document.time_limit * 3600
+    options = RenderOptions.of(options, **changes)
+    translation = translated(scene, options)
+    report_losses(translation, console)
+    document, planned = translation.document, translation.plan
+    options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
     destination = Destination(document, out)
-    destination.check(passes)
-    planned = translation.plan
-    plan = PassPlan.of(planned.width, planned.height, planned.spp, per_pass)
-    name = usable_variant(planned, variant)
-    header = Header(
-        render=fingerprint.of_render(translation, name, seed, integrator, plan.per_pass),
-        spp=plan.spp,
-        seconds=0.0,
-        gamma=document.gamma_offset,
-    )
-    keeper = Checkpoint(destination.passes_path(), header, console)
-    accumulator = keeper.begin(planned.width, planned.height, resume)
-    to_do = chosen(plan, accumulator.done, passes)
+    part = destination.part_path() if passes.only else None
+    destination.check()
+    plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
+    header = header_of(translation, options, plan)
+    checkpoint = Checkpoint(destination.passes_path(), header, console)
+    accumulator = checkpoint.begin(planned.width, planned.height, passes.resume)
+    to_do = passes_to_render(plan, accumulator.done, passes.only)
     asked = accumulator.spp + to_do.spp
-    seconds, why = 0.0, ""
+    limit = time_limit_of(document, time_limit)
+    keeps = checkpoint.offer, Dumps(document, destination, limit).offer
     with interruptible() as stop:
+        ended = Ended(0.0, "")
         if len(to_do):
-            dumps = Dumps(document, destination, time_limit)
-            if cluster is None:
-                rendering = prepared(translation, seed, integrator, name)
-            else:
-                job = translation, header.render, integrator
-                rendering = clusters.opened(cluster, *job, keeper.note)
-            with rendering as renderer, closing(renderer.render(to_do)) as found:
-                steps = add_up(found, accumulator, len(to_do), asked)
-                seconds, why = run(steps, accumulator, (keeper, dumps), time_limit, stop, console)
-                if cluster is None:
-                    for line in getattr(renderer.integrator, "report", list)():
-                        console.print(line, highlight=False)
+            with rendered_passes(translation, options, to_do, cluster, checkpoint) as found:
+                steps = accumulate(found, accumulator, len(to_do), asked)
+                ended = run(steps, accumulator, keeps, limit, stop, console)
         if not accumulator.done:
-            raise CannotRender(f"{why} before the first pass was done")
-        if why or keep:
-            keeper.save(accumulator, seconds)
+            raise CannotRender(f"{ended.why} before the first pass was done")
+        unfinished = bool(ended.why) or passes.keep
+        if unfinished:
+            checkpoint.save(accumulator, ended.seconds)
         spectral = "spectral" in planned.variant
-        if passes:
-            keeper.write(destination.exact, accumulator, seconds)
-            written = output.Written((destination.exact,), 0)
+        if part:
+            checkpoint.write(part, accumulator, ended.seconds)
+            written = output.Written((part,), 0)
         else:
-            written = destination.write(document, accumulator, keeper.seconds + seconds, spectral)
-        if not (why or keep):
-            keeper.discard()
-    if math.isfinite(noise := accumulator.noise()):
-        console.print(f"noise of a pixel: {100 * noise:.2g} % of the mean", highlight=False)
-    if why:
-        how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
-        console.print(f"[yellow]{why}[/] {how_far}")
-    if written.repaired:
-        why = "colours that RGB cannot hold, or noise" if spectral else "this should not happen"
-        console.print(f"[yellow]{written.repaired} pixels below 0 or not finite: {why}[/]")
+            seconds = checkpoint.seconds + ended.seconds
+            written = destination.write(document, accumulator, seconds, spectral)
+        if not unfinished:
+            checkpoint.discard()
+    report_noise(accumulator, ended.why, asked, console)
+    report_repairs(written, spectral, console)
     for note in destination.notes:
         console.print(f"[yellow]{note}[/]", highlight=False)
     return written.paths
 
 
-def chosen(plan, done, passes=None):
-    """The `PassSet` to render.
+# ---- what is to do
+
+
+def time_limit_of(document: Document, asked: float | None) -> float | None:
+    """The seconds asked for, else those of the scene's `TIMELIMIT`, in hours; None for no limit."""
+    if asked is None and document.time_limit >= 0:
+        return document.time_limit * 3600
+    return asked
+
+
+def header_of(translation: Translation, options: RenderOptions, plan: PassPlan) -> Header:
+    """What the file of passes says of a render, before its first pass."""
+    return Header(
+        render=fingerprint.of_render(translation, options, plan.per_pass),
+        spp=plan.spp,
+        seconds=0.0,
+        gamma=translation.document.gamma_offset,
+    )
+
+
+def passes_to_render(plan: PassPlan, done: PassSet, only: tuple[int, int] | None = None) -> PassSet:
+    """The passes to render.
 
     Args:
         plan: `PassPlan`.
-        done: `PassSet` of those that are there.
-        passes: (start, stop) of the only ones wanted, or None.
+        done: those that are there.
+        only: (start, stop) of the only ones wanted, or None.
 
     Raises:
         ValueError: the plan has no such passes.
     """
-    if passes is None:
+    if only is None:
         return plan.to_do(done)
     whole = plan.passes()
-    start, stop = passes
+    start, stop = only
     if not 0 <= start < stop <= len(whole):
         raise ValueError(f"passes {start}:{stop}: expected some of 0:{len(whole)}")
     return whole.between(start, stop).without(done)
 
 
-def report(translation, console):
+# ---- rendering
+
+
+@contextmanager
+def rendered_passes(
+    translation: Translation,
+    options: RenderOptions,
+    to_do: PassSet,
+    cluster: clusters.Cluster | None,
+    checkpoint: Checkpoint,
+) -> Iterator[Iterator[Pass | None]]:
+    """Context with the passes of a scene as they come; None while there is none.
+
+    Args:
+        translation: the translated scene.
+        options: with the variant to use.
+        to_do: the passes to render.
+        cluster: who renders; None for this process.
+        checkpoint: tells workers which render it is, and the user what workers and, in the end, the
+            integrator say.
+    """
+    if cluster is None:
+        with open_session(translation, options) as session:
+            with closing(session.render(to_do)) as found:
+                yield found
+            for line in getattr(session.integrator, "report", list)():
+                checkpoint.console.print(line, highlight=False)
+        return
+    render = checkpoint.header.render
+    with (
+        clusters.opened(cluster, translation, render, options, checkpoint.note) as farm,
+        closing(farm.render(to_do)) as found,
+    ):
+        yield found
+
+
+def run(
+    steps: Iterator[Progress],
+    accumulator: Accumulator,
+    keeps: Sequence[Keep],
+    time_limit: float | None,
+    stop: list[int],
+    console: Console,
+) -> Ended:
+    """Render all passes, or until the time is up or somebody interrupts.
+
+    Args:
+        steps: `Progress` after each pass, or while none is there.
+        accumulator: what they fill.
+        keeps: offered what there is after each pass but the last.
+        time_limit: seconds, or None.
+        stop: not empty once somebody interrupts.
+        console: for the progress.
+    """
+    known = len(accumulator.done)
+    limit = TimeLimit(time_limit, known)
+    with progress_bar(accumulator, console) as tell:
+        for progress in steps:
+            tell(progress)
+            if progress.passes == progress.all_passes:
+                return Ended(progress.seconds, "")
+            if progress.passes != known:
+                known = progress.passes
+                for keep in keeps:
+                    keep(accumulator, progress.seconds)
+            if stop:
+                return Ended(progress.seconds, "interrupted")
+            if limit.reached(progress):
+                return Ended(progress.seconds, "time limit reached")
+    raise AssertionError("a render ends with its last pass")
+
+
+# ---- what is said
+
+
+def report_losses(translation: Translation, console: Console) -> None:
     """Say what of the scene is not rendered as written."""
     for outcome, style in (("unsupported", "red"), ("approximated", "yellow")):
         lines = [r for r in translation.document.lines.all if r.outcome == outcome and r.note]
@@ -175,165 +257,17 @@ def report(translation, console):
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
 
 
-class Destination:
-    """Where the picture of a scene goes.
-
-    Args:
-        document: the scene's document.
-        out: as `render_file`.
-    """
-
-    def __init__(self, document, out=None):
-        self.notes = []
-        named = str(out) if out is not None else None
-        self.exact = None
-        self.folder = Path.cwd()
-        if named is not None and (named.endswith(("/", "\\")) or Path(named).is_dir()):
-            self.folder = Path(named)
-            self.folder.mkdir(parents=True, exist_ok=True)
-        elif named is not None:
-            self.exact = Path(named)
-        stem, self.extension = output.split_extension(document.output)
-        self.stem = stem
-        if self.extension.lower() not in output.WRITERS:
-            self.extension = ".ppm"
-            if self.exact is None:
-                self.notes.append(f"'{document.output}' has no known extension: written as .ppm")
-
-    def check(self, passes=None):
-        """Raise `OutputError` if the picture, or the file of some passes, could not be written."""
-        if passes and (self.exact is None or self.exact.suffix.lower() != ".exr"):
-            raise output.OutputError("passes are written to a file that -o names, such as part.exr")
-        probe = self.exact or output.safe_path(self.stem + self.extension, self.folder)[0]
-        output.check_writable(probe)
-
-    def passes_path(self):
-        """Path of the passes while they are rendered: `<stem>.passes.exr` beside the picture."""
-        if self.exact is not None:
-            return self.exact.with_name(output.split_extension(self.exact.name)[0] + PASSES)
-        return output.safe_path(self.stem + PASSES, self.folder)[0]
-
-    def write(self, document, accumulator, seconds, spectral):
-        """Write the picture and the BMP beside it; returns `output.Written`."""
-        path = self.exact
-        if path is None:
-            method = metropolis(document)
-            name = output.output_name(
-                self.stem,
-                self.extension,
-                document.sampling,
-                mutations(document) if method else document.supersampling,
-                seconds,
-                accumulator.spp,
-                method=method or "",
-                nes=document.next_event_estimation,
-                spectrum=spectral,
-                suffix=document.suffix,
-            )
-            path, note = output.safe_path(name, self.folder)
-            self.notes += [note] if note else []
-        return output.write_outputs(path, accumulator.image(), document.gamma_offset)
-
-    def dump_path(self, index):
-        """Path of a picture of the progress: `image/output_W000001.bmp` beside the picture."""
-        if self.exact is not None:
-            name, folder = f"image/output_W{index:06d}.bmp", self.exact.parent
-        else:
-            inner = self.stem.replace("\\", "/").rpartition("/")[0]
-            name, folder = f"{inner}/image/output_W{index:06d}.bmp", self.folder
-        return output.safe_path(name, folder)[0]
+def report_noise(accumulator: Accumulator, why: str, asked: int, console: Console) -> None:
+    """Say how noisy the picture is, and where it has fewer samples than were asked for."""
+    if math.isfinite(noise := accumulator.noise()):
+        console.print(f"noise of a pixel: {100 * noise:.2g} % of the mean", highlight=False)
+    if why:
+        how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
+        console.print(f"[yellow]{why}[/] {how_far}")
 
 
-class Dumps:
-    """Writes the picture so far at the scene's interval.
-
-    Args:
-        document: gives `IMAGEDUMP` [s] and the gamma.
-        destination: where pictures go.
-        time_limit: seconds, or None; with a limit the interval is at most a minute.
-    """
-
-    def __init__(self, document, destination, time_limit):
-        self.interval = document.image_dump or float("inf")
-        if time_limit is not None:
-            self.interval = min(self.interval, DUMP_INTERVAL)
-        self.gamma = document.gamma_offset
-        self.destination = destination
-        self.next = self.interval
-        self.count = 0
-
-    def offer(self, accumulator, seconds):
-        """Write the picture so far if it is time."""
-        if seconds < self.next:
-            return
-        self.count += 1
-        self.next = seconds + self.interval
-        output.write_image(self.destination.dump_path(self.count), accumulator.image(), self.gamma)
-
-
-def run(steps, accumulator, keepers, time_limit, stop, console):
-    """Render all passes, or until the time is up or somebody interrupts.
-
-    Args:
-        steps: iterator of `Progress`.
-        accumulator: the `Accumulator` that they fill.
-        keepers: objects with a method `offer(accumulator, seconds)`.
-        time_limit: seconds, or None.
-        stop: list that is not empty once somebody interrupts.
-        console: for the progress.
-
-    Returns:
-        Seconds, and why it ended early or an empty string.
-    """
-    columns = (
-        TextColumn("pass"),
-        MofNCompleteColumn(),
-        BarColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    pixels = accumulator.width * accumulator.height
-    quiet = not console.is_terminal
-    before, last, pass_time = accumulator.spp, 0.0, 0.0
-    with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
-        task = bar.add_task("render", total=None, completed=len(accumulator.done), rate="")
-        known = len(accumulator.done)
-        for progress in steps:
-            rate = (progress.spp - before) * pixels / progress.seconds / 1e6
-            rate = f"{rate:.2f} M samples/s"
-            bar.update(task, completed=progress.passes, total=progress.all_passes, rate=rate)
-            if progress.passes == progress.all_passes:
-                return progress.seconds, ""
-            if progress.passes != known:
-                known, pass_time, last = progress.passes, progress.seconds - last, progress.seconds
-                for keeper in keepers:
-                    keeper.offer(accumulator, progress.seconds)
-            if stop:
-                return progress.seconds, "interrupted"
-            # Half a pass late on average rather than a whole one early.
-            if time_limit is not None and progress.seconds + pass_time / 2 > time_limit:
-                return progress.seconds, "time limit reached"
-    raise AssertionError("a render ends with its last pass")
-
-
-@contextmanager
-def interruptible():
-    """Context in which SIGINT and SIGTERM fill a list instead of ending the process.
-
-    The second signal ends it.
-    """
-    stop = []
-
-    def handle(number, _frame):
-        if stop:
-            sys.exit(128 + number)
-        stop.append(number)
-
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+def report_repairs(written: output.Written, spectral: bool, console: Console) -> None:
+    """Say how many pixels could not be written as they are."""
+    if written.repaired:
+        why = "colours that RGB cannot hold, or noise" if spectral else "this should not happen"
+        console.print(f"[yellow]{written.repaired} pixels below 0 or not finite: {why}[/]")

@@ -6,82 +6,114 @@ whoever computes it: the radiance of all samples of a pixel is computed in one k
 a fixed order, never scattered into the film. Passes are added up exactly (see `accumulator`).
 """
 
-import os
+from __future__ import annotations
+
 import time
 import warnings
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.translator.media import BOUNDARY
 
 from relume.accumulator import Accumulator
-from relume.passes import Pass, PassPlan
+from relume.cores import available_cores
+from relume.passes import Pass, PassPlan, PassSet
+from relume.progress import Progress
+from relume.sensors.pixelsamples import sample_pixels
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a render is: `passes` of `all_passes`, `spp` of `all_spp`, and `seconds` so far."""
+Scene = Any
+"""`mi.Scene`; Mitsuba's types depend on the variant."""
 
-    passes: int
-    all_passes: int
-    spp: int
-    all_spp: int
-    seconds: float
+Integrator = Any
+"""`mi.Integrator`."""
 
 
 class CannotRender(RuntimeError):
     """A scene cannot be rendered on this machine, or not as asked; the message says why."""
 
 
-def reason(error):
+def reason(error: BaseException) -> str:
     """The last line of an error's text: Mitsuba puts whole Python tracebacks before it."""
     return str(error).strip().rpartition("\n")[2]
 
 
+def set_variant(name: str) -> None:
+    """Set a Mitsuba variant.
+
+    At each change Mitsuba compiles its own integrators anew and warns of it; that is not shown.
+
+    Raises:
+        CannotRender: the variant does not work on this machine.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
+        try:
+            mi.set_variant(name)
+        except ImportError as error:
+            raise CannotRender(f"{name} does not work here: {reason(error)}") from None
+
+
 @contextmanager
-def variant(name):
-    """Set a Mitsuba variant for the time of the block.
+def variant_context(name: str) -> Iterator[None]:
+    """Set a Mitsuba variant for the time of the block; as `mi.variant_context`, without warnings.
 
     Raises:
         CannotRender: the variant does not work on this machine.
     """
     before = mi.variant()
-    try:
-        _set_variant(name)
-    except ImportError as error:
-        raise CannotRender(f"{name} does not work here: {reason(error)}") from None
+    set_variant(name)
     try:
         yield
     finally:
         if before and before != name:
-            _set_variant(before)
+            set_variant(before)
 
 
-def _set_variant(name):
-    """Set a variant; at each change Mitsuba compiles its own integrators anew and warns of it."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
-        mi.set_variant(name)
+@contextmanager
+def thread_count(count: float | None) -> Iterator[None]:
+    """Render with `count` threads for the time of the block.
+
+    Args:
+        count: at most one for each core is used; None for one for each core.
+    """
+    before = dr.thread_count()
+    set_thread_count(count)
+    try:
+        yield
+    finally:
+        dr.set_thread_count(before)
 
 
-def available_cores():
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
-def use_threads(count):
-    """Use `count` threads, at most one for each core; None for one for each core."""
+def set_thread_count(count: float | None) -> None:
+    """Render with `count` threads from now on; as `thread_count`."""
     cores = available_cores()
     dr.set_thread_count(cores if count is None else max(1, min(int(count), cores)))
 
 
-def add_up(passes, accumulator, count, spp):
+@contextmanager
+def exr_threads() -> Iterator[None]:
+    """Use two threads or more for the time of the block, in which Mitsuba reads or writes EXR.
+
+    With one, Mitsuba 3.9 never finishes to do so: it waits for another.
+    """
+    before = dr.thread_count()
+    dr.set_thread_count(max(before, 2))
+    try:
+        yield
+    finally:
+        dr.set_thread_count(before)
+
+
+def accumulate(
+    passes: Iterable[Pass | None], accumulator: Accumulator, count: int, spp: int
+) -> Iterator[Progress]:
     """Add passes to an accumulator as they come.
 
     Args:
@@ -102,30 +134,10 @@ def add_up(passes, accumulator, count, spp):
         yield Progress(len(accumulator.done), count, accumulator.spp, spp, seconds)
 
 
-@contextmanager
-def two_threads():
-    """Use two threads or more for the time of the block.
-
-    With one, Mitsuba 3.9 never finishes to read or write an EXR file: it waits for another.
-    """
-    before = dr.thread_count()
-    dr.set_thread_count(max(before, 2))
-    try:
-        yield
-    finally:
-        dr.set_thread_count(before)
-
-
-def samples_rays(integrator):
+def samples_rays(integrator: Integrator) -> bool:
     """Whether an integrator has a `sample` that tells the radiance along a ray."""
     differentiating = isinstance(integrator, mi.CppADIntegrator)
     return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
-
-
-def medium_around(scene):
-    """The medium around the camera of a scene, or None: Mitsuba's sensors do not tell it."""
-    ends = (shape for shape in scene.shapes() if shape.id() == BOUNDARY)
-    return next((shape.interior_medium() for shape in ends), None)
 
 
 class Session:
@@ -136,11 +148,19 @@ class Session:
         spp: samples of a pixel.
         seed: non-negative integer; the same seed gives the same picture.
         integrator: `mi.Integrator` to use instead of the scene's.
+
+    Attributes:
+        width, height: of the picture [pixel].
+        by_sample: whether the radiance of each sample is known, so that noise can be told; else a
+            pass is one picture by `mi.render`.
+        plan: `PassPlan` of the render.
+        accumulator: the passes so far.
     """
 
-    def __init__(self, scene, spp, seed=0, integrator=None):
+    def __init__(
+        self, scene: Scene, spp: int, seed: int = 0, integrator: Integrator | None = None
+    ) -> None:
         self.scene = scene
-        self.medium = medium_around(scene)
         self.sensor = scene.sensors()[0]
         self.integrator = integrator or scene.integrator()
         self.spp = int(spp)
@@ -150,16 +170,16 @@ class Session:
         self.plan = PassPlan.of(self.width, self.height, self.spp)
         self.accumulator = Accumulator(self.width, self.height)
 
-    def run(self):
+    def run(self) -> Iterator[Progress]:
         """Render pass after pass, those that the accumulator lacks, and add them to it.
 
         Yields:
             `Progress` after each pass; the render can be left at any of them.
         """
         to_do = self.plan.to_do(self.accumulator.done)
-        return add_up(self.render(to_do), self.accumulator, len(to_do), self.spp)
+        return accumulate(self.render(to_do), self.accumulator, len(to_do), self.spp)
 
-    def render(self, to_do):
+    def render(self, to_do: PassSet) -> Generator[Pass, None, None]:
         """Render passes.
 
         Args:
@@ -171,7 +191,7 @@ class Session:
         for index, spp in to_do:
             yield self.render_pass(index, spp)
 
-    def render_pass(self, index, spp):
+    def render_pass(self, index: int, spp: int) -> Pass:
         """Render one pass.
 
         Args:
@@ -182,7 +202,7 @@ class Session:
             `Pass`.
         """
         if not self.by_sample:
-            return Pass(index, spp, self._whole(spp, index))
+            return Pass(index, spp, self._render_image(spp, index))
         pixels = self.width * self.height
         rows = max(1, SAMPLES_PER_LAUNCH // (spp * self.width)) * self.width
         found = np.empty((6, pixels), np.float32)
@@ -193,7 +213,7 @@ class Session:
                 row[first : first + count] = values
         return Pass(index, spp, found[:3], found[3:])
 
-    def image(self):
+    def image(self) -> np.ndarray:
         """The picture so far: linear RGB, (height, width, 3) float32; NaN where nothing is."""
         return self.accumulator.image()
 
@@ -210,30 +230,16 @@ class Session:
         y = pixel // width
         corner = mi.Point2f(pixel - y * width, y)
         size = mi.Vector2f(*(dr.opaque(mi.Float, x) for x in (self.width, self.height)))
-        position = (corner + self._in_pixel(sampler.next_2d())) / size
-        aperture = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
-        wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
-        ray, weight = self.sensor.sample_ray_differential(0.0, wavelength, position, aperture)
+        u = sampler.next_2d()
         with dr.suspend_grad():
-            L, *_ = self.integrator.sample(self.scene, sampler, ray, self.medium)
-        color = self._color(mi.unpolarized_spectrum(L * weight), ray)
+            color = sample_pixels(
+                self.scene, self.sensor, self.integrator, sampler, corner, u, size
+            )
         samples = [*color, *(color * color)]
         dr.eval(samples)
         return [dr.block_sum(channel, spp).numpy() for channel in samples]
 
-    def _color(self, L, ray):
-        """Linear RGB of radiances."""
-        if mi.is_spectral:
-            return mi.spectrum_to_srgb(L, ray.wavelengths)
-        return mi.Color3f(L[0]) if mi.is_monochromatic else mi.Color3f(L)
-
-    def _in_pixel(self, u):
-        """Offset in the pixel, distributed as the film's reconstruction filter."""
-        if self.sensor.film().rfilter().class_name() == "TentFilter":
-            return 0.5 + 0.5 * mi.warp.square_to_tent(u)
-        return u
-
-    def _whole(self, spp, index):
+    def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""
         image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
         return np.array(image).reshape(-1, 3).T * np.float32(spp)

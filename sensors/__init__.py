@@ -1,3 +1,8 @@
 """Importing this package registers its plugins with Mitsuba, under every variant that gets set."""
 
-from relume.sensors import screencamera  # noqa: F401
+from relume.registration import register_plugins
+
+PLUGINS = ("screencamera",)
+"""Ids of the plugins; each has a module of its name."""
+
+register_plugins("sensor", __name__, PLUGINS)

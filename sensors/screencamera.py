@@ -1,42 +1,57 @@
-r"""Camera with a screen of any shape (`screencamera`)
+r"""Camera with a screen of any shape (``screencamera``)
 ====================================================
 
 .. list-table::
-   * - Parameter, type
+   :header-rows: 1
+
+   * - Parameter
+     - Type
      - Description
-   * - width, height: float
+   * - ``width``, ``height``
+     - float
      - Size of the screen at distance 1 from the camera, above 0. Where their ratio is not that of
-       the film, pixels are not square.
-   * - to_world: transform
-     - Rigid; the camera looks along +Z with +Y up and +X to the left. (Default: none)
-   * - aperture_radius: float
-     - Radius of the lens [scene unit]; 0 is a pinhole. (Default: 0)
-   * - focus_distance: float
-     - Distance of the plane of sharpness along the **world's** Z axis [scene unit]. (Default: 1)
-   * - (nested): film, sampler
-     - As for other sensors.
+       the film, pixels are not square. Required. Exposed.
+   * - ``aperture_radius``
+     - float
+     - Radius of the lens, 0 or more [scene unit]; 0 is a pinhole. Default: 0. Exposed.
+   * - ``focus_distance``
+     - float
+     - Distance of the plane of sharpness along the **world's** Z axis [scene unit]. Default: 1.
+       Exposed.
+   * - ``to_world``
+     - transform
+     - Rigid; the camera looks along +Z with +Y up and +X to the left. Default: none.
+
+Film, sampler and medium are nested in it as in the stock sensors.
 
 The ray through film position :math:`(p, q) \in [0,1]^2` from the top left corner has the direction
-:math:`\hat d + W (p - 1/2) \hat r + H (1/2 - q) \hat u`. With a lens of radius :math:`a` its origin
-moves by a point of a disk of that radius in the world's XY plane, and it still passes through
-:math:`c + \omega f / |\omega_z|`: the lens of the original renderer, which is a thin lens only for
-a camera that looks along Z.
+:math:`\hat d + W (p - 1/2) \hat r + H (1/2 - q) \hat u`, with :math:`\hat d, \hat r, \hat u` the
+directions of view, to the right and up, W and H the size of the screen. With a lens of radius
+:math:`a` its origin moves by a point of a disk of that radius in the world's XY plane, and it
+still passes through :math:`c + \omega f / |\omega_z|`, c the camera and f the focus distance: the
+lens of the original renderer, which is a thin lens only for a camera that looks along Z.
 
-Source: the renderer's manual, `SCREEN`; scene language sections 5.1 and 5.5.
+**Source.** Legacy manual, `SCREEN`; scene language sections 5.1 and 5.5.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
 
 .. code-block:: python
 
-    {"type": "screencamera", "width": 1.0, "height": 0.5, "to_world": T, "film": {...}}
+    {'type': 'screencamera', 'width': 1.0, 'height': 0.5,
+     'to_world': mi.ScalarTransform4f().look_at([0, 1, 5], [0, 1, 0], [0, 1, 0]),
+     'film': {'type': 'hdrfilm', 'width': 640, 'height': 480}}
 """
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 
-from relume.registration import on_every_variant
 
-
-def define():
-    """Define and register the plugin under the variant in use."""
+def define() -> type[mi.Sensor]:
+    """Return the plugin's class for the variant in use."""
 
     class ScreenCamera(mi.Sensor):
         def __init__(self, props):
@@ -87,7 +102,4 @@ def define():
         def to_string(self):
             return f"ScreenCamera[width={self.width}, height={self.height}]"
 
-    mi.register_sensor("screencamera", ScreenCamera)
-
-
-on_every_variant(define)
+    return ScreenCamera

@@ -1,34 +1,50 @@
-"""Accuracy of the materials at full size: a table. ``make study-materials`` runs it.
+"""Accuracy of the materials at full size: a table.
 
 The columns are the largest errors met: of the value against the float64 transcription (relative,
 above 1e-30), of the sample weights against eval / pdf (relative), of f(i, o) against f(o, i)
-(relative); the smallest p-value of 30 chi² tests of 10^6 samples each (0.0003 would reject); the
+(relative); the smallest p-value of 30 chi² tests of 10^6 samples each (0.00003 would reject); the
 error of a sphere in a white furnace at 1024 samples a pixel (relative).
-"""
 
-import importlib.util
-from pathlib import Path
+The formulas and fixtures are those of the materials' tests, so pytest runs the measurements.
+"""
 
 import mitsuba as mi
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.study
+from tests.bsdfs import test_phong as phong
+from tests.bsdfs import test_schlickglass as schlickglass
+from tests.bsdfs import test_ward as ward
+
+FIXTURES = ("tests.conftest", "tests.bsdfs.conftest")
+FURNACE_RUNS, FURNACE_SPP = 8, 1024
+
+pytestmark = pytest.mark.false_alarms(1e-3)
 
 
-def load(name):
-    """The test module of that name beside this file."""
-    path = Path(__file__).with_name(f"{name}.py")
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def add_arguments(parser):
+    parser.add_argument("--chi2-samples", type=int, default=1_000_000, help="of each chi² test")
+    parser.add_argument("--only", default="", metavar="WORDS", help="as pytest's -k")
 
 
-@pytest.fixture(scope="session", autouse=True)
-def table():
+def run(options):
+    plugins = [word for name in FIXTURES for word in ("-p", name)]
+    chosen = ["-k", options.only] if options.only else []
     print("\n| material | value | weight | reciprocity | least p of 30 | furnace |")
-    print("|---|---|---|---|---|---|", end="")
+    print("|---|---|---|---|---|---|", end="", flush=True)
+    command = [__file__, "-s", "--no-header", *plugins, *chosen]
+    return pytest.main(command, plugins=[Settings(options.chi2_samples)])
+
+
+class Settings:
+    """Pytest plugin: the options of the study, as fixtures."""
+
+    def __init__(self, chi2_samples):
+        self._chi2_samples = chi2_samples
+
+    @pytest.fixture
+    def chi2_samples(self):
+        return self._chi2_samples
 
 
 def f_cos(bsdf, wi, wo, at):
@@ -57,7 +73,14 @@ def furnace_error(material, albedo, furnace):
     x, w = np.polynomial.legendre.leggauss(16)
     angles = np.degrees(np.arcsin(np.sqrt((x + 1) / 2)))
     expected = sum(w / 2 * [albedo(mi.load_dict(material), angle) for angle in angles])
-    return abs(furnace(material, 1024)[0] / expected - 1)
+    found = furnace(material, FURNACE_SPP // FURNACE_RUNS)
+    return abs(found.mean[0] / expected - 1)
+
+
+def least_p(chi2, cases, sample_count, chance):
+    """The smallest p-value of the cases: `chance.p` is that of all together, by Šidák."""
+    chi2(cases, sample_count=sample_count)
+    return f"{-np.expm1(np.log1p(-chance.p) / len(cases)):.4f}"
 
 
 def row(name, measured, p, off):
@@ -66,58 +89,57 @@ def row(name, measured, p, off):
 
 
 @pytest.mark.parametrize("variant", ["ward", "duer", "balanced"])
-def test_ward(variant, at, pairs, directions, chi2, albedo, furnace):
-    test = load("test_ward")
+def test_ward(variant, at, pairs, directions, chi2, chi2_samples, albedo, furnace, chance):
     measured = []
-    for alphas in test.ALPHAS:
-        bsdf = mi.load_dict(test.ward(*alphas, variant, 0.5, 0.5))
+    for alphas in ward.ALPHAS:
+        bsdf = mi.load_dict(ward.ward(*alphas, variant, 0.5, 0.5))
 
         def formula(wi, wo, alphas=alphas):
             alphas = np.float32(alphas).astype(float)
-            return test.transcription(wi, wo, *alphas, variant, 0.5, 0.5)
+            return ward.transcription(wi, wo, *alphas, variant, 0.5, 0.5)
 
         measured.append(errors(bsdf, formula, at, pairs, directions))
     p = "-"
     if variant == "ward":  # one list covers all variants
-        p = f"{min(chi2(test.chi2_cases(), sample_count=1_000_000)):.3f}"
-    off = furnace_error(test.ward(0.3, 0.3, variant, 0.3, 0.6), albedo, furnace)
+        p = least_p(chi2, ward.chi2_cases(), chi2_samples, chance)
+    off = furnace_error(ward.ward(0.3, 0.3, variant, 0.3, 0.6), albedo, furnace)
     row(f"ward, {variant}", measured, p, off)
 
 
-def test_phong(at, pairs, directions, chi2, albedo, furnace):
-    test = load("test_phong")
+def test_phong(at, pairs, directions, chi2, chi2_samples, albedo, furnace, chance):
     measured = []
-    for n in test.EXPONENTS:
-        bsdf = mi.load_dict(test.phong(n, 0.0, 0.5))
+    for n in phong.EXPONENTS:
+        bsdf = mi.load_dict(phong.phong(n, 0.0, 0.5))
 
         def formula(wi, wo, n=n):
             # Below 0.01 float32 does not resolve cos alpha to 1e-4: left out, see test_phong.
-            c = test.cos_alpha(wi, wo)
+            c = phong.cos_alpha(wi, wo)
             return np.where(c > 0.01, 0.5 * (n + 2) / (2 * np.pi) * np.maximum(c, 0) ** n, 0)
 
         measured.append(errors(bsdf, formula, at, pairs, directions))
-    p = f"{min(chi2(test.chi2_cases(), sample_count=1_000_000)):.3f}"
-    row("phong", measured, p, furnace_error(test.phong(20, 0.3, 0.6), albedo, furnace))
+    p = least_p(chi2, phong.chi2_cases(), chi2_samples, chance)
+    off = furnace_error(phong.phong(20, 0.3, 0.6), albedo, furnace)
+    row("phong", measured, p, off)
 
 
 @pytest.mark.parametrize("fresnel", ["schlick", "exact"])
-def test_glass(fresnel, at, directions, furnace):
-    test = load("test_schlickglass")
+def test_glass(fresnel, at, directions, furnace, chance):
     value, weight = 0.0, 0.0
-    for n in test.INDICES:
-        bsdf, wi = mi.load_dict(test.glass(n, fresnel)), directions(10_000, 5, below=True)
-        F, cos2, _, factor = test.transcription(wi, float(np.float32(n)), 1.0, fresnel)
-        shares = {test.REFLECT: F, test.REFRACT: (1 - F) * factor}
+    for n in schlickglass.INDICES:
+        bsdf, wi = mi.load_dict(schlickglass.glass(n, fresnel)), directions(10_000, 5, below=True)
+        F, cos2, _, factor = schlickglass.transcription(wi, float(np.float32(n)), 1.0, fresnel)
+        shares = {schlickglass.REFLECT: F, schlickglass.REFRACT: (1 - F) * factor}
         u = mi.Float(np.random.default_rng(1).random(len(wi)).astype(np.float32))
         bs, both = bsdf.sample(mi.BSDFContext(), at(wi), u, mi.Point2f(0.5))
         both = np.array(both)[0] * np.array(bs.pdf)
         for k, share in shares.items():
-            alone = np.array(bsdf.sample(test.lobe(k), at(wi), 0.5, mi.Point2f(0.5))[1])[0]
+            alone = np.array(bsdf.sample(schlickglass.lobe(k), at(wi), 0.5, mi.Point2f(0.5))[1])[0]
             resolved = (cos2 > 2e-3) & (share > 1e-8)
             if resolved.any():
                 value = max(value, largest(alone[resolved], share[resolved]))
             drawn = np.array(bs.sampled_component) == k
             if drawn.any():
                 weight = max(weight, largest(both[drawn], alone[drawn].astype(float)))
-    off = abs(furnace(test.glass(1.5, fresnel), 1024, max_depth=60)[0] - 1)
+    found = furnace(schlickglass.glass(1.5, fresnel), FURNACE_SPP // FURNACE_RUNS, max_depth=60)
+    off = abs(found.mean[0] - 1)
     row(f"schlickglass, {fresnel}", [(value, weight)], "-", off)

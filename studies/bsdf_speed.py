@@ -1,6 +1,6 @@
 """Time of each material against the nearest stock plugin in the same scene: a table.
 
-``make study-materials`` runs it. The scene is the Cornell box with every surface but the lamp of
+The scene is the Cornell box with every surface but the lamp of
 the material in question (glass: the two blocks alone), 160x160 pixels, 64 samples, paths of at
 most 8 segments. The runs of all materials are interleaved; a row shows the median of five in
 CPU-seconds (first runs, which compile, left out) and its ratio to the stock plugin.
@@ -9,10 +9,10 @@ CPU-seconds (first runs, which compile, left out) and its ratio to the stock plu
 import statistics
 import time
 
-import relume  # noqa: F401  chooses LLVM before mitsuba loads
+import drjit as dr
+import mitsuba as mi
 
-import drjit as dr  # isort: skip
-import mitsuba as mi  # isort: skip
+from relume import bsdfs, integrators  # noqa: F401  registers the plugins
 
 GREY = {"type": "rgb", "value": [0.4, 0.4, 0.4]}
 COLOUR = {"type": "rgb", "value": [0.3, 0.2, 0.3]}
@@ -56,7 +56,7 @@ def cornell(material, integrator="path"):
     return mi.load_dict(d)
 
 
-def interleaved(scenes, repeats=5):
+def interleaved(scenes, repeats):
     """Median CPU-seconds of every scene in the dict `scenes`."""
     times = {name: [] for name in scenes}
     for seed in range(repeats + 1):
@@ -69,30 +69,31 @@ def interleaved(scenes, repeats=5):
     return {name: statistics.median(values) for name, values in times.items()}
 
 
-def rows(pairs, integrators=("path", "path")):
+def rows(pairs, repeats, tracers=("path", "path")):
     scenes = {}
     for name, pair in pairs.items():
-        for side, material, integrator in zip(("own", "stock"), pair, integrators, strict=True):
+        for side, material, integrator in zip(("own", "stock"), pair, tracers, strict=True):
             scenes[name, side] = cornell(material, integrator)
-    seconds = interleaved(scenes)
+    seconds = interleaved(scenes, repeats)
     for name, (_, stock) in pairs.items():
         stock = stock.get("bsdf", stock)["type"]
         own, other = seconds[name, "own"], seconds[name, "stock"]
         print(f"| `{name}` | {own:.2f} | `{stock}` | {other:.2f} | {own / other:.2f} |", flush=True)
 
 
-def main():
+def add_arguments(parser):
+    parser.add_argument("--repeats", type=int, default=5, help="measured renders of each scene")
+
+
+def run(options):
     mi.set_variant("llvm_ad_rgb")
-    from relume import integrators  # noqa: F401
-
     print("| material | CPU-s | stock plugin | CPU-s | ratio |\n|---|---|---|---|---|")
-    rows(PAIRS)
+    rows(PAIRS, options.repeats)
     pairs = {name: PAIRS[name] for name in ("ward", "phong")}
-    rows({f"{name}, two-sided": tuple(map(twosided, pair)) for name, pair in pairs.items()})
+    pairs = {f"{name}, two-sided": tuple(map(twosided, pair)) for name, pair in pairs.items()}
+    rows(pairs, options.repeats)
     mi.set_variant("llvm_ad_spectral")
-    rows({"schlickglass, dispersive": (DISPERSIVE, DIELECTRIC)}, ("dispersivepath", "path"))
-    rows({"schlickglass, dispersive, under path": (DISPERSIVE, DIELECTRIC)})
+    pair = (DISPERSIVE, DIELECTRIC)
+    rows({"schlickglass, dispersive": pair}, options.repeats, ("dispersivepath", "path"))
+    rows({"schlickglass, dispersive, under path": pair}, options.repeats)
 
-
-if __name__ == "__main__":
-    main()

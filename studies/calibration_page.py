@@ -1,9 +1,9 @@
 """Tables of `docs/calibration.md`: rows are kept in CSV files, so that studies run in parts."""
 
 import csv
-from pathlib import Path
 
-DOCS = Path(__file__).parents[1] / "docs"
+from studies import DOCS
+
 PAGE = DOCS / "calibration.md"
 
 

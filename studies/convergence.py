@@ -1,28 +1,24 @@
 """Convergence of each material under three lights: docs/convergence.md and its pictures.
 
-    make study-convergence                                  # all of them
-    make study-convergence CELLS="glass ibl"    # of these materials and lights again
+    python -m studies convergence               # all of them
+    python -m studies convergence glass ibl     # of these materials and lights again
 
 A cell is a ball of one material on a grey floor, in the language of the scene files. Figures are
 kept in docs/convergence/cells.json; the page and its charts are made from them.
 """
 
-import argparse
 import json
-import sys
-from pathlib import Path
-
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import numpy as np
-from study_convergence_page import TAIL, write_page
 
 from relume import translator
-from relume.application import prepared, ready, resized
+from relume.loading import open_session, resized, variant_and_threads
+from relume.options import RenderOptions
 from relume.workbench import charting, measures, methods, references, renders
+from studies import DOCS, SCENES
+from studies.convergence_page import TAIL, write_page
 
-ROOT = Path(__file__).resolve().parents[3]
-FOLDER = ROOT / "docs" / "convergence"
+FOLDER = DOCS / "convergence"
 SIZE = (32, 32)
 LEVELS = [4, 8, 16, 32, 64, 128, 256]
 RUNS = 8
@@ -128,7 +124,7 @@ def document(material, light):
 def translation(cell, size):
     """The document of a cell in that size, and its translation."""
     made = resized(document(*cell), size, 64)
-    return made, translator.translate(made, asset_path=[ROOT / "scenes"])
+    return made, translator.translate(made, asset_path=[SCENES])
 
 
 def reference_method(planned):
@@ -139,8 +135,8 @@ def reference_method(planned):
 def measured(cell):
     """The figures of a cell, as JSON values."""
     made, translated = translation(cell, SIZE)
-    with ready(translated):
-        stage = methods.Stage(made, translated, asset_path=[ROOT / "scenes"])
+    with variant_and_threads(translated):
+        stage = methods.Stage(made, translated, RenderOptions(asset_path=[SCENES]))
         method = methods.planned(translated)
         by = reference_method(method)
         reference = references.rendered(stage, by, REFERENCE_SPP, SEED).estimate
@@ -173,14 +169,16 @@ def share_of_largest(squares):
 def shown(cell):
     """The picture of a cell."""
     _, translated = translation(cell, SHOWN_SIZE)
-    with prepared(translated) as session:
+    with open_session(translated) as session:
         return renders.render(session.scene, session.integrator, SHOWN_SPP, SEED).picture
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("only", nargs="*", help="names of materials or lights; default: all")
-    only = parser.parse_args().only
+
+
+def run(options):
+    only = options.only
     FOLDER.mkdir(parents=True, exist_ok=True)
     store = FOLDER / "cells.json"
     known = json.loads(store.read_text()) if store.is_file() else []
@@ -195,6 +193,3 @@ def main():
     pictures = {cell: shown(cell) for cell in cells() if cell in known}
     write_page(FOLDER, [known[cell] for cell in pictures], pictures)
 
-
-if __name__ == "__main__":
-    sys.exit(main())

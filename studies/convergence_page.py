@@ -11,7 +11,7 @@ from PIL import Image
 from relume.output import encode_display
 
 TAIL = 0.001
-"""The share of pixels whose part of the squared error tells how long the tail is."""
+"""The share of pixels whose part of the squared error measures the tail."""
 
 BOUND = 0.1
 """A slope is that of an unbiased method if it lies within this of -1."""
@@ -32,7 +32,7 @@ def write_page(folder, cells, pictures):
 
     Args:
         folder: path; the page is beside it and of the same name.
-        cells: figures of the cells, dictionaries (see study_convergence.py).
+        cells: figures of the cells, dictionaries (see convergence.py).
         pictures: linear pictures by (material, light).
     """
     lights = list(dict.fromkeys(cell["light"] for cell in cells))
@@ -130,7 +130,7 @@ HEAD = """\
 A ball of each material on a grey floor, under three lights, 32x32 pixels. At each number of samples
 eight independent pictures are held against a reference of 4096 samples a pixel with seeds of its
 own: `path` against `volpath`, `dispersivepath` against `path`, others against themselves. The error
-is relMSE, the noise of the reference taken off. Of an unbiased method whose noise has a finite
+is relMSE, the noise of the reference subtracted. Of an unbiased method whose noise has a finite
 variance it falls as 1/N: slope -1 of log error against log N, ± the 95 % interval (jackknife over
 the pictures); a bias would end its fall. In {resolved} of {cells} cells it is -1 ± {bound}, with an
 interval no wider. The tail is the part of the squared error at 256 samples that {tail:.1f} % of the
@@ -142,16 +142,16 @@ pixels carry; of noise that is normal and alike everywhere it would be 1.2 %.
 The figures are in [cells.json](convergence/cells.json). In the charts the dots are single pictures,
 circles their means, and the grey line falls as 1/N.
 
-What is marked *heavy tail* converges too slowly to tell its slope from these samples: the floor
-finds the lamp, or the sun, through a mirror or glass (and holes, which no shadow ray passes) only
-when a scattered ray happens to hit its image; into a scattering ball its light comes through such a
-boundary, too. These paths are rare and bright. Pictures of few samples mostly miss them and
+What is marked *heavy tail* converges too slowly for its slope to be known from these samples: the
+floor finds the lamp, or the sun, through a mirror or glass (and holes, which no shadow ray passes)
+only when a scattered ray happens to hit its image; into a scattering ball its light comes through
+such a boundary, too. These paths are rare and bright. Pictures of few samples mostly miss them and
 underrate the error, which makes the line flatter; their scatter makes its interval wide. The tail
 says how few pixels carry the error. Cells that are missing from the tables were not measured yet.
 
 Under the spot light there are no such paths. Light from a point is only found by shadow rays, which
 end at mirrors and glass, so what would reach the floor through them is missing from every picture,
-the reference's as well: a ball of mirror or glass casts a plain shadow. There -1 tells that the
+the reference's as well: a ball of mirror or glass casts a plain shadow. There -1 says that the
 noise is lawful, not that the picture is complete.
 
 """

@@ -1,14 +1,13 @@
 """`relume chart` and `relume compare` on seven real scene files: docs/charts and docs/compare.
 
-    make study-charts CORPUS=folder ASSETS=folder
-    make study-compare CORPUS=folder ASSETS=folder
+    python -m studies corpus charts FOLDER --asset-path FOLDER
+    python -m studies corpus compare FOLDER --asset-path FOLDER
 
 Charts are timed: nothing else should run. With `--only cornell` and `--keep folder` one scene after
 the other can be measured; the last call makes the overview of all. Meshes that are not at hand are
-replaced by stand-ins (see `study_stand_ins.py` of the translator's tests).
+replaced by stand-ins (see `stand_ins.py`).
 """
 
-import argparse
 import os
 import pickle
 import shutil
@@ -16,15 +15,12 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-import relume  # isort: skip  chooses LLVM before mitsuba loads
-
-import study_stand_ins
+import relume
 from relume.translator.assets import Assets
-
 from relume.workbench import chart_files, chart_table, charting, comparing
-from relume.workbench.compare_page import page
+from relume.workbench.compare_page import page, write_assets
+from studies import DOCS, stand_ins
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
 SCENES = {
     "cornell": "CornellBox",
     "ward": "CornellBox_金属1",
@@ -38,9 +34,8 @@ SIZES = {"charts": (96, 72), "compare": (160, 120)}
 GENERATED = "<!-- all below is written by the study -->\n"
 
 
-def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("study", choices=("charts", "compare"))
+def add_arguments(parser):
+    parser.add_argument("command", choices=("charts", "compare"))
     parser.add_argument("corpus", type=Path, help="folder of scene files")
     parser.add_argument("--asset-path", type=Path, required=True)
     parser.add_argument("--out", type=Path, help="folder instead of docs/charts or docs/compare")
@@ -48,7 +43,6 @@ def arguments():
     parser.add_argument("--keep", type=Path, help="folder of scenes measured before")
     parser.add_argument("--seconds", type=float, default=45.0, help="of each chart")
     parser.add_argument("--spp", type=int, default=256, help="samples of a pixel, of compare")
-    return parser.parse_args()
 
 
 @contextmanager
@@ -65,22 +59,22 @@ def scene_folder(given):
             for name in SCENES:
                 found = Assets(relume.read(f"{name}.txt", {}), ["assets"]).found
                 missing = [wanted for wanted, path in found.items() if path is None]
-                remarks[name] = [study_stand_ins.make(wanted, "stand-ins") for wanted in missing]
+                remarks[name] = [stand_ins.make(wanted, "stand-ins") for wanted in missing]
             Path("stand-ins").mkdir(exist_ok=True)
             yield remarks
         finally:
             os.chdir(before)
 
 
-def options(given, name, remarks):
+def scene_options(given, name, remarks):
     """What the command gets besides the scene."""
     folders = ("assets", "stand-ins") if remarks[name] else ("assets",)
-    return {"size": SIZES[given.study], "asset_path": folders}
+    return {"size": SIZES[given.command], "asset_path": folders}
 
 
 def kept(given, name, measure):
     """What `measure` returned for a scene, perhaps in an earlier call; None if it is not wanted."""
-    path = given.keep and given.keep / f"{given.study}-{name}.pickle"
+    path = given.keep and given.keep / f"{given.command}-{name}.pickle"
     if given.only not in (None, name):
         return pickle.loads(path.read_bytes()) if path and path.exists() else None
     made = measure(f"{name}.txt")
@@ -98,7 +92,7 @@ def study_charts(given, remarks):
             given,
             name,
             lambda file, name=name: charting.chart(
-                file, seconds=given.seconds, **options(given, name, remarks)
+                file, seconds=given.seconds, **scene_options(given, name, remarks)
             ),
         )
         if made:
@@ -120,19 +114,20 @@ def study_charts(given, remarks):
 
 def study_compare(given, remarks):
     """Compare path or what is planned with volpath; returns the text of README.md."""
+    write_assets(given.out)
     lines = []
     for name in SCENES:
         found = kept(
             given,
             name,
             lambda file, name=name: comparing.compare(
-                file, spp=given.spp, **options(given, name, remarks)
+                file, spp=given.spp, **scene_options(given, name, remarks)
             ),
         )
         if not found:
             continue
         print(name, found.verdict(), flush=True)
-        chart_files.write_text(given.out / f"{name}.html", page(found))
+        chart_files.write_text(given.out / f"{name}.html", page(found, linked=True))
         report = found.report()
         first, second = (side["efficiency"] for side in report["sides"])
         mean = max(report["energy"], key=lambda channel: abs(channel["z"]))
@@ -163,21 +158,17 @@ def markdown(head, rows):
     return [lines[0], "|" + "---|" * len(head), *lines[1:]]
 
 
-def main():
-    given = arguments()
+def run(given):
     for name in ("corpus", "keep"):
         if getattr(given, name):
             setattr(given, name, getattr(given, name).resolve())
-    given.out = (given.out or DOCS / given.study).resolve()
+    given.out = (given.out or DOCS / given.command).resolve()
     given.out.mkdir(parents=True, exist_ok=True)
     with scene_folder(given) as remarks:
-        study = study_charts if given.study == "charts" else study_compare
+        study = study_charts if given.command == "charts" else study_compare
         lines = study(given, remarks)
     readme = given.out / "README.md"
     written = readme.read_text(encoding="utf-8") if readme.exists() else GENERATED
     text = written.partition(GENERATED)[0] + GENERATED + "\n" + "\n".join(lines) + "\n"
     readme.write_text(text, encoding="utf-8")
 
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,7 @@
 """How often each test by chance raises a false alarm, were its seeds not fixed.
 
-    python tests/study_false_alarms.py [--reruns 200] [--reduced 16] [pytest's arguments]
-    python tests/study_false_alarms.py --compare [--reruns 200] [SCENE ...]
+    python -m studies false-alarms [--reruns 200] [--reduced 16] [-- pytest's arguments]
+    python -m studies false-alarms --compare [--reruns 200] [SCENE ...]
 
 The first form reruns every test that states a rate (`false_alarms`), each time with other seeds,
 and a random one of its parameter sets. Samples are divided by `--reduced`: standard errors grow by
@@ -11,31 +11,28 @@ second form compares scenes with themselves by the statistics of `relume compare
 draws its 2 x 32 renders from a pool of 1280, so that any two comparisons share few.
 """
 
-import argparse
 import math
 import random
-import sys
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_page import merge
 
-import relume  # first: it points Dr.Jit at a usable LLVM
+import relume
 from relume import translator
-from relume.application import prepared, resized
+from relume.loading import open_session, resized
 from relume.session import Session
-from relume.workbench import statistics
+from relume.workbench import estimates, statistics
 from relume.workbench.comparing import RUNS
 from relume.workbench.comparison import FALSE_ALARMS
+from studies import ROOT, SCENES
+from studies.calibration_page import merge
 
-ROOT = Path(__file__).parents[1]
-SCENES = ("cornell", "glass", "spot", "ward")
+COMPARED = ("cornell", "glass", "spot", "ward")
 SIZE, SPP, POOL = (32, 24), 2, 1280
 
 
-class Tally:
+class AlarmCounts:
     """Counts of one test function.
 
     Args:
@@ -82,10 +79,10 @@ def upper_limit(k, n):
 
 
 class Reruns:
-    """Pytest plugin: thins the reruns out to `count` of each test function and tallies them."""
+    """Pytest plugin: thins the reruns out to `count` of each test function and counts alarms."""
 
     def __init__(self, count):
-        self.count, self.tallies = count, {}
+        self.count, self.counts = count, {}
 
     def pytest_collection_modifyitems(self, config, items):
         groups = defaultdict(list)
@@ -104,11 +101,12 @@ class Reruns:
         report = yield
         if report.when == "call" and not report.skipped:
             chance = item.funcargs["chance"]
-            tally = self.tallies.setdefault(name_of(item), Tally(chance.rate, chance.reduced))
-            tally.reruns += 1
-            tally.alarms += report.failed
+            new = AlarmCounts(chance.rate, chance.reduced)
+            counts = self.counts.setdefault(name_of(item), new)
+            counts.reruns += 1
+            counts.alarms += report.failed
             if chance.p is not None:
-                tally.p.append(chance.p)
+                counts.p.append(chance.p)
         return report
 
 
@@ -118,18 +116,18 @@ def name_of(item):
 
 
 def rerun_tests(count, reduced, arguments):
-    """Tallies by name of the tests that `arguments` select."""
+    """`AlarmCounts` by name of the tests that `arguments` select."""
     plugin = Reruns(count)
     options = [f"--other-seeds={count}", f"--reduced={reduced}", "--tb=line", "-q"]
     pytest.main([*options, *(arguments or [str(ROOT / "tests")])], plugins=[plugin])
-    return plugin.tallies
+    return plugin.counts
 
 
 def compare_with_self(scene, count):
-    """The tally of the verdict of `relume compare` between a method and itself."""
-    tally, rng, pool = Tally(FALSE_ALARMS), np.random.default_rng(1), []
-    document = resized(relume.read(ROOT / "scenes" / f"{scene}.txt"), SIZE, SPP * RUNS)
-    with prepared(translator.translate(document)) as session:
+    """`AlarmCounts` of the verdict of `relume compare` between a method and itself."""
+    counts, rng, pool = AlarmCounts(FALSE_ALARMS), np.random.default_rng(1), []
+    document = resized(relume.read(SCENES / f"{scene}.txt"), SIZE, SPP * RUNS)
+    with open_session(translator.translate(document)) as session:
         for seed in range(POOL):
             session = Session(session.scene, SPP, seed)
             for _ in session.run():
@@ -139,38 +137,36 @@ def compare_with_self(scene, count):
         drawn = rng.permutation(POOL)
         sides = (estimate(pool[k] for k in drawn[i : i + RUNS]) for i in (0, RUNS))
         scores = statistics.all_levels(*sides, FALSE_ALARMS)
-        tally.reruns += 1
-        tally.alarms += any(level.differ for level in scores.values())
-    return tally
+        counts.reruns += 1
+        counts.alarms += any(level.differ for level in scores.values())
+    return counts
 
 
 def estimate(pictures):
-    """The `statistics.Estimate` of some pictures."""
-    runs = statistics.Runs()
+    """The `estimates.Estimate` of some pictures."""
+    runs = estimates.Runs()
     for picture in pictures:
         runs.add(picture)
     return runs.estimate()
 
 
-def main():
-    parser = argparse.ArgumentParser()
+def add_arguments(parser):
     parser.add_argument("--reruns", type=int, default=200)
     parser.add_argument("--reduced", type=int, default=16)
     parser.add_argument("--compare", action="store_true")
-    options, rest = parser.parse_known_args()
+    parser.add_argument("rest", nargs="*", help="scenes, or pytest's arguments")
+
+
+def run(options):
     if options.compare:
-        names = rest or SCENES
-        tallies = {
+        names = options.rest or COMPARED
+        found = {
             f"relume compare, {name} with itself": compare_with_self(name, options.reruns)
             for name in names
         }
     else:
-        tallies = rerun_tests(options.reruns, options.reduced, rest)
-    rows = [tally.row(name) for name, tally in tallies.items()]
+        found = rerun_tests(options.reruns, options.reduced, options.rest)
+    rows = [counts.row(name) for name, counts in found.items()]
     merge("false_alarms", rows, lambda row: (not row["test"].startswith("relume"), row["test"]))
     broken = [row["test"] for row in rows if row["verdict"] == "broken"]
-    sys.exit(f"broken: {', '.join(broken)}" if broken else 0)
-
-
-if __name__ == "__main__":
-    main()
+    return f"broken: {', '.join(broken)}" if broken else 0

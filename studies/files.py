@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from relume.translator.images import read_image
 from relume.translator.obj import read_obj
 

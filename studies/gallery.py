@@ -1,47 +1,42 @@
 """Contact sheets of a folder of scene files: docs/gallery/lights.png and materials.png.
 
-    make study-gallery CORPUS=folder ASSETS=folder
-    python tests/translator/study_gallery.py folder --asset-path folder [--spp 256]
+    python -m studies gallery FOLDER --asset-path FOLDER [--spp 256]
 
 Scenes with lamps of special kinds, surroundings or next event estimation are on the first sheet,
 the other scenes with materials, textures or meshes on the second. What needs a medium, subsurface
 scattering or gravity to be itself is left out, except lamps in a medium. Missing meshes and
-pictures are replaced by stand-ins (see `study_stand_ins.py`); the list of scenes,
+pictures are replaced by stand-ins (see `stand_ins.py`); the list of scenes,
 docs/gallery/README.md, says where.
 """
 
-import argparse
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import relume  # isort: skip  chooses LLVM before mitsuba loads
-
 import numpy as np
-import study_stand_ins
 from PIL import Image, ImageDraw
+
+import relume
+from relume import translator
+from relume.loading import resized
 from relume.translator.assets import Assets
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from studies import DOCS, stand_ins
 
-from relume import translator
-from relume.application import resized
-
-FOLDER = Path(__file__).resolve().parents[2] / "docs" / "gallery"
+FOLDER = DOCS / "gallery"
 SIZE = (160, 120)
 COLUMNS = 6
 CAPTION = 13
 SHEETS = {"lights": "Lights and surroundings", "materials": "Materials, textures and meshes"}
 
 
-def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("corpus", type=Path, help="folder of scene files")
     parser.add_argument("--asset-path", type=Path, action="append", default=[])
     parser.add_argument("--spp", type=int, default=256, help="samples of a pixel")
     parser.add_argument("--out", type=Path, default=FOLDER)
     parser.add_argument("--only", default="", help="part of the names of the scenes to show")
-    return parser.parse_args()
 
 
 def sheet(document):
@@ -88,7 +83,7 @@ def tile(path, document, asset_path, spp):
     with tempfile.TemporaryDirectory() as folder:
         found = Assets(document, asset_path).found
         for name in (name for name, file in found.items() if file is None):
-            made = study_stand_ins.make(name, Path(folder))
+            made = stand_ins.make(name, Path(folder))
             (remarks if made else missing).append(made or name)
         if missing:
             return Tile(path.stem, None, ["not shown, missing: " + ", ".join(missing)])
@@ -147,8 +142,7 @@ def listing(sheets, spp):
     return "\n".join(lines) + "\n"
 
 
-def main():
-    given = arguments()
+def run(given):
     sheets = {name: [] for name in SHEETS}
     for path in sorted(given.corpus.rglob("*.txt")):
         if given.only not in path.name:
@@ -170,6 +164,3 @@ def main():
             print(f"{file.name}: {len(shown)} scenes, {file.stat().st_size // 1000} kB")
     (given.out / "README.md").write_text(listing(sheets, given.spp), encoding="utf-8")
 
-
-if __name__ == "__main__":
-    main()

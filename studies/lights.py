@@ -1,6 +1,6 @@
 """Variance and speed of the emitter plugins; prints a table, fails if a target is missed.
 
-Run with `make study-lights` or `python tests/emitters/study_lights.py`, on an idle machine.
+Run it on an idle machine.
 
 1. Variance with and without emitter sampling at equal time,
    (variance x time without) / (variance x time with), at least 10:
@@ -10,12 +10,8 @@ Run with `make study-lights` or `python tests/emitters/study_lights.py`, on an i
    medians of interleaved pairs, at most 1.1. The other two are printed for information.
 """
 
-import argparse
 import statistics
-import sys
 import time
-
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import mitsuba as mi
 import numpy as np
@@ -195,16 +191,17 @@ def area_slowdown(runs):
     return slowdown(*({**lamp, "light": light} for light in lights), runs)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("--runs", type=int, default=5, help="repetitions of each measurement")
     parser.add_argument("--variant", default="llvm_ad_rgb")
-    arguments = parser.parse_args()
-    mi.set_variant(arguments.variant)
+
+
+def run(options):
+    mi.set_variant(options.variant)
     failed = False
     print("variance without / with emitter sampling, at equal time (at least 10)")
     for name, measure in (("sun texel of 1e5", sun_gain), ("spot through a hole", hole_gain)):
-        value = measure(arguments.runs)
+        value = measure(options.runs)
         failed |= value < MINIMUM_GAIN
         print(f"  {name:36s} {value:10.3g}")
     print("CPU time over the stock plugin's, picture means")
@@ -214,12 +211,9 @@ def main():
         ("twosidedarea / area", area_slowdown, None),
         ("ibldome / envmap", dome_slowdown, None),
     ):
-        value, (ours, stock) = measure(arguments.runs)
+        value, (ours, stock) = measure(options.runs)
         failed |= limit is not None and value > limit
         bound = f"(at most {limit})" if limit else ""
         print(f"  {name:36s} {value:10.3f}   {ours:.4f} {stock:.4f}  {bound}")
     return 1 if failed else 0
 
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Media against closed forms, at the ends of their ranges, and in a folder of scene files.
 
-    python tests/translator/study_media.py [CORPUS --asset-path ASSETS]
+    python -m studies media [CORPUS --asset-path ASSETS]
 
 prints the tables of `docs/media.md`. All numbers are of picture means with their standard errors
 over eight runs; scenes of the folder that have a medium or subsurface scattering are rendered both
@@ -8,20 +8,18 @@ ways, by the dipole and by simulation, at 64x48 with 64 samples a pixel, or as m
 allows.
 """
 
-import argparse
 import time
 from pathlib import Path
 
-import relume  # isort: skip  chooses LLVM before mitsuba loads
-
 import mitsuba as mi
 import numpy as np
+
+import relume
+from relume.loading import open_session, resized
+from relume.session import Session
 from relume.translator import read_text, translate
 from relume.translator.diagnostics import SceneError
 from relume.translator.media import with_method
-
-from relume.application import prepared, resized
-from relume.session import Session
 
 RUNS = 8
 SAMPLES = 8
@@ -58,7 +56,7 @@ def coefficients(s, a, g):
 def mean(text, spp, integrator=None):
     """Mean and standard error over the runs, (3,) each; True if all is finite."""
     translation = translate(read_text(text, environ={}))
-    with prepared(translation) as session:
+    with open_session(translation) as session:
         other = mi.load_dict(integrator) if integrator else session.integrator
         pictures = []
         for seed in range(RUNS):
@@ -145,7 +143,7 @@ def limits():
 def patient(translation):
     """The picture of a scene by at most `RUNS` runs, and the samples of a pixel that it took."""
     total, runs, start = 0, 0, time.perf_counter()
-    with prepared(translation) as session:
+    with open_session(translation) as session:
         while not runs or (runs < RUNS and time.perf_counter() - start < PATIENCE):
             run = Session(session.scene, SAMPLES, runs, session.integrator)
             list(run.run())
@@ -182,13 +180,14 @@ def folder(path, assets):
             )  # fmt: skip
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+def add_arguments(parser):
     parser.add_argument("corpus", nargs="?", type=Path)
     parser.add_argument("--asset-path", type=Path, action="append", default=[])
-    arguments = parser.parse_args()
-    if arguments.corpus:
-        folder(arguments.corpus, arguments.asset_path)
+
+
+def run(options):
+    if options.corpus:
+        folder(options.corpus, options.asset_path)
     else:
         closed_forms()
         limits()

@@ -1,6 +1,6 @@
 """Metropolis light transport against path tracing at equal time: docs/metropolis.
 
-    make study-metropolis CORPUS="folder of scene files"
+    python -m studies metropolis [CORPUS]
 
 The corpus has the occluded room; without it that room is left out. Times are CPU-seconds, runs of
 the methods take turns. All methods are unbiased, so their squared error is the variance between
@@ -10,22 +10,21 @@ hide them.
 """
 
 import json
-import sys
 import time
 from pathlib import Path
-
-import relume  # isort: skip  finds LLVM before Mitsuba is imported
 
 import matplotlib
 import mitsuba as mi
 import numpy as np
 
+import relume
 from relume import translator
+from studies import DOCS
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt
 
-HERE = Path(__file__).parents[2] / "docs" / "metropolis"
+FOLDER = DOCS / "metropolis"
 OCCLUDED = "CornellBoxMLT_遮蔽あり.txt"
 FILES = {"caustic": "caustic.txt", "door ajar": "door.txt"}
 SIZE = (160, 120)
@@ -41,14 +40,14 @@ METHODS = {
     "erpt": {"type": "erpt", "paths": PATHS},
 }
 NEVER_HANDED_OVER = {
-    "pssmlt, never handed over": {"type": "pssmlt", "fallback": False, "paths": PATHS}
+    "pssmlt, without fallback": {"type": "pssmlt", "fallback": False, "paths": PATHS}
 }
 """For the Cornell box, which is."""
 
 
 def scenes(corpus, size=SIZE):
     """Mitsuba scenes by title."""
-    found = {t: of_file(HERE / f, size) for t, f in FILES.items()}
+    found = {t: of_file(FOLDER / f, size) for t, f in FILES.items()}
     d = mi.cornell_box()
     side = size[0] * 4 // 5
     d["sensor"]["film"] |= {"width": side, "height": side, "rfilter": {"type": "box"}}
@@ -136,7 +135,7 @@ def study(title, scene):
     level = 0.25 / np.median(reference.mean(-1))
     side_by_side = np.hstack([np.clip(level * p, 0, 1) ** (1 / 2.2) for p in panels])
     bitmap = mi.Bitmap((255 * side_by_side + 0.5).astype(np.uint8))
-    bitmap.write(str(HERE / f"{name}.png"))
+    bitmap.write(str(FOLDER / f"{name}.png"))
     return result
 
 
@@ -151,7 +150,7 @@ def chart(results):
     np.atleast_1d(axes)[0].set_ylabel("relMSE")
     np.atleast_1d(axes)[0].legend(fontsize=7)
     figure.tight_layout()
-    figure.savefig(HERE / "error.svg")
+    figure.savefig(FOLDER / "error.svg")
 
 
 def table(results):
@@ -177,12 +176,15 @@ def table(results):
     return "\n".join([*lines, "", *reports]) + "\n"
 
 
-if __name__ == "__main__":
+def add_arguments(parser):
+    parser.add_argument("corpus", nargs="?", help="folder of scene files")
+
+
+def run(options):
     mi.set_variant("llvm_ad_rgb")
-    corpus = sys.argv[1] if len(sys.argv) > 1 else None
     results = {}
-    for title, scene in scenes(corpus).items():
+    for title, scene in scenes(options.corpus).items():
         results[title] = study(title, scene)
-        (HERE / "figures.json").write_text(json.dumps(results, indent=1) + "\n")
-        (HERE / "figures.md").write_text(table(results))
+        (FOLDER / "figures.json").write_text(json.dumps(results, indent=1) + "\n")
+        (FOLDER / "figures.md").write_text(table(results))
         chart(results)

@@ -1,6 +1,6 @@
 """Short Metropolis renders against a long path-traced reference: docs/metropolis/agreement.md.
 
-    make study-metropolis CORPUS="folder of scene files"
+    python -m studies metropolis-agreement [CORPUS]
 
 The mean of `RUNS` short renders of each method, every one with its own bootstrap and chains, is
 compared with `path`: energies by their ratio and its standard error, blocks of 5 x 5 pixels by
@@ -9,16 +9,14 @@ Welch's t at 1 % for all blocks together. So is `pssmlt` with 16 to 65536 chains
 do wrong does not average out.
 """
 
-import sys
-
-import relume  # noqa: F401  # isort: skip  finds LLVM before Mitsuba is imported
-
 import mitsuba as mi
 import numpy as np
-from relume.integrators import pssmlt
-from study_metropolis import DEPTH, HERE, PATHS, of_file, scenes
 
-from relume.workbench.statistics import Runs, equal_means, pooled
+from relume.integrators import pssmlt
+from relume.workbench.estimates import Runs
+from relume.workbench.statistics import equal_means, pooled
+from studies import SCENES
+from studies.metropolis import DEPTH, FOLDER, PATHS, of_file, scenes
 
 SIZE = (80, 60)
 RUNS, SPP, CHAINS_SPP = 64, 32, 16
@@ -77,23 +75,27 @@ def study(title, scene, methods, spp=SPP):
 def study_scenes(corpus):
     """Five scenes; more methods in two of them."""
     found = scenes(corpus, SIZE)
-    found["glass"] = of_file(HERE.parents[1] / "scenes" / "glass.txt", SIZE)
+    found["glass"] = of_file(SCENES / "glass.txt", SIZE)
     lines = list(HEAD)
     for title, scene in found.items():
         more = BRIGHT if title in ("caustic", "Cornell box") else {}
         lines += study(title, scene, {"pssmlt": PSSMLT} | more)
-        (HERE / "agreement.md").write_text("\n".join(lines) + "\n")
+        (FOLDER / "agreement.md").write_text("\n".join(lines) + "\n")
 
 
 def study_chains():
     """The caustic with few long chains and with many short ones."""
     pssmlt.SHORTEST = 1
     many = {f"{n} chains": PSSMLT | {"chains": n} for n in CHAINS}
-    lines = HEAD + study("caustic", of_file(HERE / "caustic.txt", SIZE), many, CHAINS_SPP)
-    (HERE / "chains.md").write_text("\n".join(lines) + "\n")
+    lines = HEAD + study("caustic", of_file(FOLDER / "caustic.txt", SIZE), many, CHAINS_SPP)
+    (FOLDER / "chains.md").write_text("\n".join(lines) + "\n")
 
 
-if __name__ == "__main__":
+def add_arguments(parser):
+    parser.add_argument("corpus", nargs="?", help="folder of scene files")
+
+
+def run(options):
     mi.set_variant("llvm_ad_rgb")
-    study_scenes(sys.argv[1] if len(sys.argv) > 1 else None)
+    study_scenes(options.corpus)
     study_chains()

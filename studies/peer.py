@@ -1,6 +1,6 @@
 """Pictures of the original program against ours in dialect `prender`: docs/references.md.
 
-    make study-peer REFERENCES=folder CORPUS=folder ASSETS=folder [PICTURES="area ward_metal1"]
+    python -m studies peer REFERENCES CORPUS ASSETS [PICTURE ...]
 
 REFERENCES holds linear pictures NAME.exr, each with NAME.json: `scene`, the file's name in CORPUS,
 and `environment`, the variables it was rendered with. Of each the energy ratio is measured, and
@@ -8,7 +8,6 @@ again with the known cause of its difference isolated (`CAUSES`). The pictures a
 Figures are kept in docs/references.json; the table is made from them.
 """
 
-import argparse
 import json
 import os
 import re
@@ -16,21 +15,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-import study_peer_light
-from study_peer_table import table
 
 from relume import translator
-from relume.application import ready
-from relume.workbench import comparing, measures, methods, renders, statistics
+from relume.loading import variant_and_threads
+from relume.options import RenderOptions
+from relume.workbench import comparing, estimates, measures, methods, renders, statistics
 from relume.workbench.comparison import CONFIDENCE, FALSE_ALARMS, Comparison, Side
+from studies import DOCS, peer_light
+from studies.peer_table import table
 
-ROOT = Path(__file__).resolve().parents[3]
-FIGURES = ROOT / "docs" / "references.json"
+FIGURES = DOCS / "references.json"
 RUNS, SPP = 16, 8
 SEED = 4
 
@@ -60,14 +57,15 @@ class Case:
         total = [0] * RUNS
         for part, (weight, edit, integrator) in enumerate(parts):
             document, translation = self.staged(edit)
-            with ready(translation):
-                stage = methods.Stage(document, translation, "prender", self.asset_path)
+            with variant_and_threads(translation):
+                options = RenderOptions(dialect="prender", asset_path=self.asset_path)
+                stage = methods.Stage(document, translation, options)
                 scene, planned = stage.load(methods.planned(translation))
                 own = integrator(document, translation.scene["integrator"]) or planned
                 for run in range(RUNS):
                     seed = renders.own_seed(SEED, renders.COMPARE, part, run)
                     total[run] = total[run] + weight * renders.render(scene, own, SPP, seed).picture
-        runs = statistics.Runs()
+        runs = estimates.Runs()
         for picture in total:
             runs.add(picture)
         return runs.estimate()
@@ -98,7 +96,7 @@ def on_and_off(case, estimate):
     """Energy ratios on the scattering ball and elsewhere, with 95 % intervals, as JSON values."""
     document, translation = case.staged()
     ball = next(b.shape for b in document.objects if b.reflection.subsurface)
-    with ready(translation):
+    with variant_and_threads(translation):
         scene, _ = methods.Stage(document, translation).load(methods.planned(translation))
         height, width = case.picture.shape[:2]
         index = dr.arange(mi.UInt32, width * height)
@@ -118,7 +116,7 @@ def on_and_off(case, estimate):
 def ratio_within(a, b, mask):
     """Ratio of the means of two levels over a mask, and half-width, for each channel."""
     means = (
-        statistics.Level(
+        estimates.Level(
             level.mean[mask].mean(axis=0),
             level.variance[mask].sum(axis=0) / mask.sum() ** 2,
             level.dof[mask].sum(axis=0),
@@ -163,7 +161,7 @@ def two_lamps(kind, edit=as_it_is):
         def integrator(document, planned):
             lamp = next(b for b in document.objects if hasattr(b.shape, "u") and any(b.emission))
             light = kind(lamp.shape, lamp.emission)
-            return study_peer_light.define()(light, document.depth)
+            return peer_light.define()(light, document.depth)
 
         return case.rendered([(1, edit, integrator)])
 
@@ -205,13 +203,13 @@ CAUSES = {
         "the lamp seen 400 x 400, sampled 20 x 20; seen in mirrors and glass without Fresnel's "
         "weights; what is left lies along the lamp's edge, where the program has four fixed points "
         "a pixel",
-        two_lamps(study_peer_light.Lamp),
+        two_lamps(peer_light.Lamp),
     ),
     "mltscene_pt": Cause(
         ("uvplane-extent",),
         "the lamp seen 25 x 25, sampled 5 x 5, behind the panel; the picture is noisy (0.38 of its "
         "mean)",
-        two_lamps(study_peer_light.Lamp),
+        two_lamps(peer_light.Lamp),
     ),
     "ward_metal1": Cause(
         ("ward-diffuse",),
@@ -221,7 +219,7 @@ CAUSES = {
     "parallel": Cause(
         ("uvplane-extent",),
         "the beam's rectangle seen 25 x 25 by the camera, in mirrors and glass",
-        two_lamps(study_peer_light.Beam, shining),
+        two_lamps(peer_light.Beam, shining),
     ),
     "parallel_media": Cause(
         ("uvplane-extent", "medium-phase"),
@@ -268,8 +266,8 @@ def measured(path, corpus, assets):
     scene = corpus / settings["scene"]
     if name in STAND_INS and not scene.is_file():
         other, edit = STAND_INS[name]
-        told = json.loads(path.with_name(f"{other}.json").read_text(encoding="utf-8"))
-        scene = corpus / told["scene"]
+        stored = json.loads(path.with_name(f"{other}.json").read_text(encoding="utf-8"))
+        scene = corpus / stored["scene"]
     result = {"name": name, "scene": scene.stem, "spp": settings["samples_per_pixel"]}
     if not scene.is_file():
         return result | {"missing": True}
@@ -292,13 +290,14 @@ def measured(path, corpus, assets):
     return result
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("references", type=Path)
     parser.add_argument("corpus", type=Path)
     parser.add_argument("assets", type=Path)
     parser.add_argument("pictures", nargs="*", help="names of pictures; default: all")
-    given = parser.parse_args()
+
+
+def run(given):
     known = json.loads(FIGURES.read_text()) if FIGURES.is_file() else []
     known = {figures["name"]: figures for figures in known}
     for path in sorted(given.references.glob("*.exr")):
@@ -310,6 +309,3 @@ def main():
         FIGURES.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n", encoding="utf-8")
     FIGURES.with_suffix(".md").write_text(table(list(known.values())), encoding="utf-8")
 
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""The page docs/references.md from the figures of study_peer.py."""
+"""The page docs/references.md from the figures of peer.py."""
 
 PLACES = {"on": "ours / theirs on the scattering ball", "off": "elsewhere"}
 

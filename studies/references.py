@@ -1,32 +1,27 @@
 """References of the example scenes, tests/references/NAME.exr, and what tests against them see.
 
-    make study-references                     # of every scene, and the table README.md beside them
-    make study-references SCENE=glass.txt     # of one scene
+    python -m studies references                # of every scene, and the table README.md there
+    python -m studies references glass.txt      # of one scene
 
 With `--reruns N` it counts false alarms instead: N checks of every scene with seeds of their own.
 """
 
-import argparse
 from pathlib import Path
-
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import numpy as np
 
-from relume.workbench import regression
+from relume.workbench.estimates import BLOCKS
+from studies import ROOT, SCENES, regression
 
-ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "tests" / "references"
 LOOSE = 0.05
 """Rate of false alarms of the reruns: so high that some are expected."""
 
 
-def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("scene", nargs="*", help="names of scene files; default: all")
     parser.add_argument("--reruns", type=int, default=0, metavar="N")
     parser.add_argument("--table", action="store_true", help="make README.md alone")
-    return parser.parse_args()
 
 
 def reference(scene):
@@ -55,8 +50,8 @@ def table(scenes):
 # References of the example scenes
 
 Small pictures with the variance of every pixel, block and of the whole, against which
-`tests/relume/test_scenes.py` holds what is rendered today. Each file tells in its attribute
-`relume` how it was made. They are made again, as is this table, by
+`tests/relume/test_scenes.py` holds what is rendered today. The attribute `relume` of each file
+says how it was made. They are made again, as is this table, by
 
     make study-references                    # all of them
     make study-references SCENE=glass.txt    # one
@@ -66,7 +61,7 @@ when a scene or, on purpose, its picture changes; never to make a failing test p
 A check of an unchanged scene fails in {100 * regression.RATE:.2f} % of cases (other seeds), of all
 {len(scenes)} together in {100 * together:.1f} %. The last columns are the errors that a check
 finds in {100 * regression.POWER:.0f} of 100 cases: of the whole picture's mean, in the channel
-where it sees least, and of one block, {regression.statistics.BLOCKS} along the longer side, the
+where it sees least, and of one block, {BLOCKS} along the longer side, the
 median of all.
 
 | scene | method | size | reference, runs x samples | check | whole | a block |
@@ -91,10 +86,9 @@ def count_alarms(scenes, reruns):
     print(f"{failed['any']} of {checks} checks fail; {LOOSE * checks:.0f} are expected")
 
 
-def main():
-    given = arguments()
-    every = sorted((ROOT / "scenes").glob("*.txt"))
-    scenes = [ROOT / "scenes" / Path(name).name for name in given.scene] or every
+def run(given):
+    every = sorted(SCENES.glob("*.txt"))
+    scenes = [SCENES / Path(name).name for name in given.scene] or every
     if given.reruns:
         count_alarms(scenes, given.reruns)
         return
@@ -107,6 +101,3 @@ def main():
     size = sum(file.stat().st_size for file in FOLDER.iterdir())
     print(f"{FOLDER.relative_to(ROOT)}: {size / 1e6:.2f} MB")
 
-
-if __name__ == "__main__":
-    main()

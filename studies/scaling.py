@@ -1,6 +1,6 @@
 """What passes survive and cost: the figures of docs/scaling.md, printed as Markdown.
 
-    python tests/relume/cluster/study_scaling.py kills|throughput|units|model
+    python -m studies scaling kills|throughput|units|model [NUMBER ...]
 """
 
 import contextlib
@@ -20,15 +20,17 @@ from rich.console import Console
 import relume
 from relume import checkpoint, fingerprint, passes_file, translator
 from relume.accumulator import Accumulator
-from relume.application import prepared
 from relume.cluster import Cluster, serialization
 from relume.cluster import worker as remote
 from relume.cluster.farm import Farm
+from relume.loading import open_session, resized
+from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
-from relume.rendering import render_file
-from relume.session import add_up
+from relume.rendering import PassOptions, render_file
+from relume.session import accumulate
+from studies import SCENES
 
-SCENE = Path(__file__).parents[3] / "scenes" / "cornell.txt"
+SCENE = SCENES / "cornell.txt"
 
 
 # ---- 50 renders that are killed
@@ -37,14 +39,15 @@ SCENE = Path(__file__).parents[3] / "scenes" / "cornell.txt"
 def kills(renders=50, spp=480, per_pass=8):
     """Kill renders at random moments, resume them, and count those with the same picture."""
     quiet = Console(file=io.StringIO())
-    options = {"size": (32, 32), "spp": spp, "per_pass": per_pass, "console": quiet}
+    options = {"size": (32, 32), "spp": spp, "console": quiet}
     checkpoint.INTERVAL, checkpoint.SHARE = 0.02, 1e9  # most of the time there is something to lose
     random = np.random.default_rng(0)
     fork = multiprocessing.get_context("fork")
 
-    def render(out, **more):
+    def render(out, resume=False):
+        passes = PassOptions(resume=resume, per_pass=per_pass)
         with contextlib.suppress(BrokenPipeError):
-            render_file(SCENE, out=out, **options, **more)
+            render_file(SCENE, out=out, passes=passes, **options)
 
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -84,17 +87,16 @@ def kills(renders=50, spp=480, per_pass=8):
 
 def farm_for(client, translation, per_pass):
     """A `Farm` of a translated scene."""
-    plan = translation.plan
-    render = fingerprint.of_render(translation, plan.variant, 0, None, per_pass)
+    render = fingerprint.of_render(translation, RenderOptions(), per_pass)
     scene, contents = serialization.pack(translation.scene)
-    return Farm(client, remote.Job.of(translation, scene, render, None), contents, print)
+    return Farm(client, remote.Job.of(translation, scene, render, RenderOptions()), contents, print)
 
 
 def arrivals(passes, accumulator, count):
     """Times at which passes are there and added up [s]."""
     start = time.perf_counter()
     times, seen = [], 0
-    for progress in add_up(passes, accumulator, count, 0):
+    for progress in accumulate(passes, accumulator, count, 0):
         if progress.passes > seen:
             seen = progress.passes
             times.append(time.perf_counter() - start)
@@ -106,12 +108,12 @@ def throughput(width=256, height=256, passes=14, repeats=3):
     from relume.cluster import opening
 
     document = relume.read(SCENE)
-    document = relume.application.resized(document, (width, height), 16 * passes)
+    document = resized(document, (width, height), 16 * passes)
     translation = translator.translate(document)
     to_do = PassPlan(16 * passes, 16).passes()
     rates, images = {"one process": [], "two workers": []}, []
     start = time.perf_counter()
-    with opening.client(Cluster(workers=2), 2) as client, prepared(translation) as session:
+    with opening.client(Cluster(workers=2), 2) as client, open_session(translation) as session:
         opened = time.perf_counter() - start
         farm = farm_for(client, translation, 16)
         sources = {"one process": session, "two workers": farm}
@@ -144,18 +146,18 @@ def empty_pass(pixels):
     def render(_key, index, spp):
         sums = np.full((2, 3, pixels), spp, np.float32)
         found = Pass(index, spp, *sums)
-        return worker.Found(found, 0.0, worker.checksum(found))
+        return worker.Rendered(found, 0.0, worker.checksum(found))
 
     worker._render = render
 
 
 def cost(client, side, passes):
     """CPU-seconds of this process, scheduler included, for each pass of a square picture."""
-    document = relume.application.resized(relume.read(SCENE), (side, side), passes)
+    document = resized(relume.read(SCENE), (side, side), passes)
     farm = farm_for(client, translator.translate(document), 1)
     client.run(empty_pass, side * side)
     accumulator = Accumulator(side, side)
-    steps = add_up(farm.render(PassSet([(0, passes, 1)])), accumulator, passes, passes)
+    steps = accumulate(farm.render(PassSet([(0, passes, 1)])), accumulator, passes, passes)
     for progress in steps:
         if progress.passes >= 4:
             break
@@ -216,8 +218,16 @@ def model(fixed, per_pixel, rate, network=1.25e9):
         print(f"| {name} | {' | '.join(f'{max(1, np.ceil(n)):.0f}' for n in needed)} |")
 
 
-if __name__ == "__main__":
-    what, *numbers = sys.argv[1:]
-    {"kills": kills, "throughput": throughput, "units": units, "model": model}[what](
-        *map(float if what == "model" else int, numbers)
-    )
+MEASUREMENTS = {"kills": kills, "throughput": throughput, "units": units, "model": model}
+
+
+def add_arguments(parser):
+    parser.add_argument("measurement", choices=MEASUREMENTS)
+    parser.add_argument("numbers", nargs="*", type=float, help="what its function takes, in order")
+
+
+def run(options):
+    numbers = options.numbers
+    if options.measurement != "model":
+        numbers = map(int, numbers)
+    MEASUREMENTS[options.measurement](*numbers)

@@ -1,6 +1,6 @@
 """The dipole against closed forms and simulations of half spaces; prints tables.
 
-Run with `make study-subsurface` or `python tests/integrators/study_subsurface.py [SECTION ...]`.
+    python -m studies subsurface [SECTION ...]
 
 - `reflectance`: diffuse reflectance of a slab, by quadrature of the kernels and by the renderer,
   against the closed form of Jensen et al. 2001, and all light of a half space under a uniform sky
@@ -10,24 +10,20 @@ Run with `make study-subsurface` or `python tests/integrators/study_subsurface.p
 - `profile`: exitance around a pencil beam against `volpathmis`; with `--figure FILE` a plot.
 """
 
-import argparse
 import math
 import time
 
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
-
 import mitsuba as mi
 import numpy as np
-from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES
-from relume.integrators.dipole import Leave
-from relume.translator.materials_table import MATERIALS
-from test_dipole import fresnel, hemispherical, reflectance, rgb
 
 from relume import (
     bsdfs,  # noqa: F401  registers the plugins
     integrators,  # noqa: F401
 )
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.diffusion import PROFILES, ExitPoint
+from relume.translator.materials_table import MATERIALS
+from tests.integrators.test_dipole import fresnel, hemispherical, reflectance, rgb
 
 ALPHA = np.array([0.3, 0.8, 0.99])
 COLUMN = {
@@ -72,7 +68,7 @@ def simulated(sigma_s, sigma_a, eta):
     return {"bsdf": boundary, "interior": interior | {"sigma_t": rgb(sigma_t / scale)}}
 
 
-def runs(scene, spp, count, seed=0):
+def pictures_of(scene, spp, count, seed=0):
     """Independent pictures (count, height, width, 3) and the CPU seconds of one, median."""
     mi.render(scene, spp=1, seed=2**31 - 1)
     pictures, seconds = [], []
@@ -121,7 +117,7 @@ def kernel(profile, alpha, eta, r):
     kind = PROFILES[profile]
     si = mi.SurfaceInteraction3f()
     si.p, si.sh_frame, r = mi.Point3f(0), mi.Frame3f([0, 0, 1]), mi.Float(r)
-    leave = Leave(mi.Point3f(r, 0, 0), mi.Normal3f(0, 0, 1))
+    leave = ExitPoint(mi.Point3f(r, 0, 0), mi.Normal3f(0, 0, 1))
     F_t = 1 - fresnel(1.0, eta)
     value = kind.entering(medium, leave, si, mi.Vector3f(0, 0, 1)) * (np.pi / F_t)
     value *= kind(medium, mi.Float(1e9)).weight(r)
@@ -147,7 +143,7 @@ def slab(profile, level, eta):
         "integrator": {"type": "dipole", "profile": profile, "rr_depth": 100},
         "slab": {"type": "rectangle", "to_world": to_world, "bsdf": material},
     }  # fmt: skip
-    return mean(runs(mi.load_dict(scene), 4096, 8)[0])
+    return mean(pictures_of(mi.load_dict(scene), 4096, 8)[0])
 
 
 def simulated_slab(eta):
@@ -158,7 +154,7 @@ def simulated_slab(eta):
         "integrator": {"type": "volpathmis", "rr_depth": 100},
         "slab": {"type": "rectangle", "to_world": to_world} | medium,
     }  # fmt: skip
-    return mean(runs(mi.load_dict(scene), 1024, 8)[0])
+    return mean(pictures_of(mi.load_dict(scene), 1024, 8)[0])
 
 
 def study_reflectance(_):
@@ -245,7 +241,7 @@ def simulated_exitance(r):
         "slab": {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(5000)}
         | simulated(ALPHA, 1 - ALPHA, 1.0),
     }  # fmt: skip
-    value, error = mean(runs(mi.load_dict(scene), 64, 8)[0])
+    value, error = mean(pictures_of(mi.load_dict(scene), 64, 8)[0])
     return value / area, error / area
 
 
@@ -314,15 +310,13 @@ SECTIONS = {
 }
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=", ".join(SECTIONS))
     parser.add_argument("--figure", help="file of the plot of the profiles")
-    options = parser.parse_args()
+
+
+def run(options):
     mi.set_variant("llvm_ad_rgb")
     for name in options.sections or SECTIONS:
         SECTIONS[name](options)
 
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,5 @@
 """Balls of measured materials, dipole against simulation: means, relMSE, time; prints a table.
 
-Run with `make study-subsurface` or `python tests/integrators/study_subsurface_spheres.py`.
-
 Balls of 1, 3, 10 and 30 mean free paths (of the three channels' mean) lie under a dim sky and a
 square lamp. The simulation is `volpathmis` in a `dielectric`, without roulette: with it a few rare
 pixels carry much of the light of dense balls, and means come out low. relMSE is that of the means
@@ -9,23 +7,21 @@ of all pictures, less what their noise adds; the time is that of 5 % noise in a 
 square relative to the mean), from CPU seconds, with the tracing of the kernel in Python.
 """
 
-import argparse
 import math
-
-import relume  # noqa: F401  isort: skip  finds LLVM before Mitsuba is imported
 
 import mitsuba as mi
 import numpy as np
+
 from relume.translator.materials_table import MATERIALS
-from study_subsurface import (
+from studies.subsurface import (
     METHODS,
     dipole,
     film,
     heading,
     look_at,
+    pictures_of,
     rgb,
     row,
-    runs,
     simulated,
     triple,
 )
@@ -63,7 +59,8 @@ def ball(name, radius, method, size=32):
     return mi.load_dict(scene), np.hypot(*np.meshgrid(x, x)) < 0.95
 
 
-def study_spheres(options):
+def run(options):
+    mi.set_variant("llvm_ad_rgb")
     heading("Balls, radius in mean free paths", (
         "material", "radius", "profile", "level", "mean of simulation", "ratio of means", "relMSE",
         "simulation to 5 % [CPU s]", "dipole to 5 %", "times faster", "largest / median",
@@ -71,13 +68,13 @@ def study_spheres(options):
     for name in BALLS:
         for radius in (1, 3, 10, 30):
             scene, disk = ball(name, radius, None)
-            reference, seconds = runs(scene, 32, options.runs)
+            reference, seconds = pictures_of(scene, 32, options.runs)
             truth, variance = estimate(reference[:, disk])
             reference_time = seconds * noise(reference[:, disk]) ** 2 / 0.05**2
             for method in METHODS:
-                pictures, seconds = runs(ball(name, radius, method)[0], 128, 4)
+                pictures, seconds = pictures_of(ball(name, radius, method)[0], 128, 4)
                 value, spread = estimate(pictures[:, disk])
-                # What chance adds to the squared difference is known and taken off.
+                # What chance adds to the squared difference is known and subtracted.
                 squares = (value - truth) ** 2 - spread - variance
                 error = np.mean(squares / (truth**2 + 0.01 * truth.mean() ** 2))
                 needed = seconds * noise(pictures[:, disk]) ** 2 / 0.05**2
@@ -98,12 +95,5 @@ def noise(pictures):
     return math.sqrt(pictures.var(axis=0, ddof=1).mean()) / pictures.mean()
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_arguments(parser):
     parser.add_argument("--runs", type=int, default=4, help="pictures of each simulation")
-    mi.set_variant("llvm_ad_rgb")
-    study_spheres(parser.parse_args())
-
-
-if __name__ == "__main__":
-    main()

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+
 from relume.translator.images import bump_height, read_image
 from relume.translator.scene_values import Mesh, Picture
 from relume.translator.shapes import Hemisphere, Sphere

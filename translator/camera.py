@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from relume.translator.geometry import affine, compose, point, rotation, unit
 from relume.translator.scene_values import Matrix
 

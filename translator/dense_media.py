@@ -8,6 +8,7 @@ paths to its end, 84 % of the light are lost with DEPTH 200; of 100 and DEPTH 10
 """
 
 import numpy as np
+
 from relume.translator import precision
 
 DEPTH = 0.02

@@ -6,6 +6,7 @@ Lengths are in scene units, colours are linear RGB, and vectors are tuples of th
 from dataclasses import dataclass, field
 
 from relume.translator.diagnostics import LineReports
+from relume.translator.document_display import Displayed
 from relume.translator.forms.coefficients import COEFFICIENTS, UNUSED_MEAN
 from relume.translator.forms.names import NAME
 from relume.translator.forms.numbers import (
@@ -33,11 +34,9 @@ MAX_SAMPLES = 2**40
 """Most samples of a pixel."""
 
 
-
-
 @document_fields
-@dataclass
-class Document:
+@dataclass(repr=False)
+class Document(Displayed):
     """A scene file."""
 
     image: tuple[int, int] = below(

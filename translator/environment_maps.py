@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+
 from relume.translator.dialects import note
 from relume.translator.images import as_texture, read_image
 from relume.translator.reflectances import Texture, used_texels

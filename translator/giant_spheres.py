@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from relume.translator.geometry import frame, unit
 from relume.translator.scene_values import Mesh
 

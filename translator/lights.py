@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+
 from relume.translator import geometry
 from relume.translator.dialects import note
 from relume.translator.scene_values import rgb

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from relume.translator.dialects import note
 from relume.translator.materials_table import MATERIALS
 from relume.translator.reflectances import entry

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from relume.translator.assets import Find
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.materials import Reflectances

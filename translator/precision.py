@@ -5,6 +5,7 @@ misses what is nearer, such as the far side of a sheet of glass.
 """
 
 import numpy as np
+
 from relume.translator import geometry
 from relume.translator.shapes import Plane, Sphere, UVPlane
 

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from relume.translator.camera import view
 from relume.translator.forms.transforms import Transform
 from relume.translator.shapes import InfinityLight

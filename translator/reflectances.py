@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
+
 from relume.translator.images import as_texture, read_image
 from relume.translator.scene_values import Entry, Matrix, Picture
 from relume.translator.scene_values import reflectance as color_entry

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+
 from relume.translator import geometry
 from relume.translator.dialects import note
 from relume.translator.giant_spheres import Ball, Surroundings, is_giant, nearest_point

@@ -7,8 +7,18 @@ picture is that of a single process, bit for bit, whoever rendered which pass an
 wrong on the way.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from relume.options import RenderOptions
+
+if TYPE_CHECKING:
+    from relume.cluster.farm import Farm
+    from relume.translator.scene import Translation
 
 MPI = "mpi"
 """Address that stands for the processes that mpirun started."""
@@ -26,27 +36,33 @@ class Cluster:
 
     workers: int | None = None
     address: str | None = None
-    tls: tuple | None = None
+    tls: tuple[str, str, str] | None = None
 
 
 @contextmanager
-def opened(cluster, translation, render, override, note):
-    """Context with a `farm.Farm` for a translated scene.
+def opened(
+    cluster: Cluster,
+    translation: Translation,
+    render: dict[str, Any],
+    options: RenderOptions,
+    note: Callable[[str], object],
+) -> Iterator[Farm]:
+    """Context with a `Farm` for a translated scene.
 
     Args:
-        cluster: `Cluster`.
+        cluster: who renders.
         translation: the translated scene.
-        render: `fingerprint.of_render`.
-        override: plugin id in place of the scene's integrator, or None.
+        render: its `fingerprint.of_render`.
+        options: with which `render` was made.
         note: called with sentences for the user.
 
     Raises:
         CannotRender: `distributed` is not installed, or no scheduler answers.
     """
-    from relume.cluster import opening, serialization, worker
-    from relume.cluster.farm import Farm
+    from relume.cluster import farm, opening, serialization, worker
 
-    with opening.client(cluster, translation.document.thread) as client:
+    threads = translation.document.thread
+    with opening.client(cluster, None if threads is None else int(threads)) as client:
         scene, contents = serialization.pack(translation.scene)
-        job = worker.Job.of(translation, scene, render, override)
-        yield Farm(client, job, contents, note)
+        job = worker.Job.of(translation, scene, render, options)
+        yield farm.Farm(client, job, contents, note)

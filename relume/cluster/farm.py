@@ -6,17 +6,26 @@ fails repeatedly gets no more passes. Each worker has one pass under way and one
 it need not wait for us, and little is lost with it.
 """
 
+from __future__ import annotations
+
 import queue
 import time
 from collections import deque
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import count
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from relume.cluster import worker as remote
+from relume.cluster.serialization import Contents
+from relume.passes import Pass, PassSet
 from relume.session import CannotRender, reason
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
 
 WINDOW = 2
 """Passes with a worker at a time."""
@@ -32,7 +41,7 @@ PATIENCE = (60.0, 20.0)
 pass so far."""
 
 LOOK = 1.0
-"""Interval at which workers that came or left are looked for [s]."""
+"""Interval at which workers that joined or left are noticed [s]."""
 
 TICK = 0.2
 """Longest time without a sign of life to the caller [s]."""
@@ -46,7 +55,7 @@ class Worker:
         address: its name on the scheduler.
         threads: that it may use.
         ready: whether the scene is loaded.
-        tasks: `Task` that it has, the oldest first.
+        tasks: that it has, the oldest first.
         failures: one after the other.
         heard: when it last returned something, or got something to do while idle [s].
     """
@@ -54,7 +63,7 @@ class Worker:
     address: str
     threads: int
     ready: bool = False
-    tasks: list = field(default_factory=list)
+    tasks: list[Task] = field(default_factory=list)
     failures: int = 0
     heard: float = 0.0
 
@@ -64,44 +73,48 @@ class Task:
     """Something that a worker was told: to render the pass, or to load the scene if it is None."""
 
     worker: Worker
-    future: object
     index: int | None = None
     spp: int = 0
+    future: Future = field(init=False)
 
 
 class Farm:
     """Renders passes on the workers of a `distributed.Client`.
 
     Args:
-        client: the client.
-        job: `worker.Job`.
+        client: of the scheduler.
+        job: what to render.
         contents: arrays and bytes of the scene by hash.
         note: called with sentences for the user.
     """
 
-    def __init__(self, client, job, contents, note):
+    def __init__(
+        self,
+        client: Client,
+        job: remote.Job,
+        contents: Mapping[str, Contents],
+        note: Callable[[str], object],
+    ) -> None:
         self.client = client
         self.job = job
         self.contents = contents
         self.note = note
-        self.workers = {}
-        self.banned = {}
-        self.waiting = deque()
-        self.failed = {}
-        self.doubtful = {}
-        self.longest = None
-        self._places = None
+        self.workers: dict[str, Worker] = {}
+        self.banned: dict[str, str] = {}
+        self.waiting: deque[tuple[int, int]] = deque()
+        self.failed: dict[int | None, int] = {}
+        self.doubtful: dict[int | None, int] = {}
+        self.longest: float | None = None
+        self._places: dict[str, Any] | None = None
+        self._arrived: queue.SimpleQueue[tuple[Task, Any, BaseException | None]]
         self._arrived = queue.SimpleQueue()
         self._numbers = count()
 
-    def render(self, to_do):
+    def render(self, to_do: PassSet) -> Iterator[Pass | None]:
         """Render passes.
 
-        Args:
-            to_do: `PassSet`.
-
         Yields:
-            `Pass` in any order, each once; None where there is none for a while.
+            Passes in any order, each once; None where there is none for a while.
 
         Raises:
             CannotRender: a pass fails on all workers, or no worker is left that does not fail.
@@ -118,15 +131,16 @@ class Farm:
                     self._hand_out()
                     found = self._next()
                     if found is None or found.index in missing:
-                        missing.discard(found and found.index)
+                        if found is not None:
+                            missing.discard(found.index)
                         yield found
             finally:
                 self.client.cancel([t.future for w in self.workers.values() for t in w.tasks])
 
     # ---- workers
 
-    def _look_around(self):
-        """Meet new workers and miss those that left or hang."""
+    def _look_around(self) -> None:
+        """Admit new workers, and drop those that left or hang."""
         threads = {a: n for a, n in self.client.nthreads().items() if a not in self.banned}
         for address in self.workers.keys() - threads.keys():
             self._dismiss(self.workers[address])
@@ -138,16 +152,16 @@ class Farm:
             if one.tasks and silent > self._patience(one):
                 self._ban(one, f"no answer for {silent:.0f} s")
         if self.banned and not self.workers:
-            told = "; ".join(f"{address}: {why}" for address, why in self.banned.items())
-            raise CannotRender(f"no worker is left ({told})")
+            reasons = "; ".join(f"{address}: {why}" for address, why in self.banned.items())
+            raise CannotRender(f"no worker is left ({reasons})")
 
-    def _patience(self, one):
+    def _patience(self, one: Worker) -> float:
         if not one.ready or self.longest is None:
             return LOADING
         least, times = PATIENCE
         return max(least, times * self.longest)
 
-    def _dismiss(self, one):
+    def _dismiss(self, one: Worker) -> None:
         """Take back all that a worker has."""
         del self.workers[one.address]
         self.client.cancel([task.future for task in one.tasks])
@@ -155,31 +169,33 @@ class Farm:
             self._give_back(task)
         one.tasks.clear()
 
-    def _ban(self, one, why):
+    def _ban(self, one: Worker, why: str) -> None:
         self.note(f"worker {one.address} is not used any more: {why}")
         self.banned[one.address] = why
         self._dismiss(one)
 
-    def _load(self, one):
+    def _load(self, one: Worker) -> None:
         """Send a worker the scene: contents go once to each, from whoever has them."""
         if self._places is None:
             named = {f"relume-{name}": value for name, value in self.contents.items()}
             self._places = self.client.scatter(named) if named else {}
         contents = {name: self._places[f"relume-{name}"] for name in self.contents}
-        self._submit(one, Task(one, None), remote.load, self.job, contents, one.threads)
+        self._submit(one, Task(one), remote.load, self.job, contents, one.threads)
 
     # ---- passes
 
-    def _hand_out(self):
+    def _hand_out(self) -> None:
         """Fill the windows of the workers, the emptiest first."""
         for filled in range(WINDOW):
             for one in self.workers.values():
                 if one.ready and len(one.tasks) == filled and self.waiting:
                     index, spp = self.waiting.popleft()
-                    task = Task(one, None, index, spp)
+                    task = Task(one, index, spp)
                     self._submit(one, task, remote.render, self.job.key, index, spp)
 
-    def _submit(self, one, task, function, *arguments):
+    def _submit(
+        self, one: Worker, task: Task, function: Callable[..., Any], *arguments: Any
+    ) -> None:
         if not one.tasks:
             one.heard = time.monotonic()
         one.tasks.append(task)
@@ -187,18 +203,18 @@ class Farm:
         task.future = self.client.submit(function, *arguments, workers=[one.address], key=name)
         task.future.add_done_callback(lambda _: self._fetchers.submit(self._fetch, task))
 
-    def _fetch(self, task):
+    def _fetch(self, task: Task) -> None:
         """Bring a result here, in a thread of its own."""
         try:
             self._arrived.put((task, task.future.result(timeout=LOADING), None))
         except BaseException as error:  # whatever was raised on the worker, or while it died
             self._arrived.put((task, None, error))
 
-    def _give_back(self, task):
+    def _give_back(self, task: Task) -> None:
         if task.index is not None:
             self.waiting.appendleft((task.index, task.spp))
 
-    def _next(self):
+    def _next(self) -> Pass | None:
         """The next `Pass` that can be trusted, or None."""
         try:
             task, result, error = self._arrived.get(timeout=TICK)
@@ -216,20 +232,20 @@ class Farm:
         if not why:
             one.failures = 0
             self.longest = max(self.longest or 0.0, result.seconds)
-            return result.found
+            return result.pass_
         self._give_back(task)
         if why is not AGAIN:
             self._blame(task, why, error)
         return None
 
-    def _error(self, error):
+    def _error(self, error: BaseException) -> str:
         return f"{type(error).__name__}: {reason(error)[:300]}"
 
-    def _fault(self, task, result):
+    def _fault(self, task: Task, result: Any) -> str:
         """What is wrong with a result; an empty string if nothing is."""
-        if not isinstance(result, remote.Found) or not isinstance(result.found, remote.Pass):
+        if not isinstance(result, remote.Rendered) or not isinstance(result.pass_, remote.Pass):
             return "it returned no pass"
-        found = result.found
+        found = result.pass_
         pixels = self.job.plan.width * self.job.plan.height
         arrays = [a for a in (found.sum, found.squares) if a is not None]
         if (found.index, found.spp) != (task.index, task.spp):
@@ -246,7 +262,7 @@ class Farm:
             return AGAIN
         return ""
 
-    def _blame(self, task, why, error):
+    def _blame(self, task: Task, why: str, error: BaseException | None) -> None:
         """Count a failure against the worker and the pass."""
         one = task.worker
         one.failures += 1
@@ -264,10 +280,10 @@ class Farm:
 
 
 AGAIN = "not finite"
-"""A pass with values that are not finite counts once it has come out the same twice."""
+"""A pass with values that are not finite is accepted once it has come out the same twice."""
 
 
-def possible(found):
+def possible(found: Pass) -> bool:
     """Whether sums and sums of squares fit: (sum x)^2 <= n sum x^2, by Cauchy and Schwarz.
 
     Rounding and the underflow of squares are allowed for.

@@ -1,10 +1,14 @@
 """Workers of this machine, or a scheduler that runs already; `distributed` is imported here."""
 
+from __future__ import annotations
+
 import logging
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from relume.cluster import MPI
-from relume.session import CannotRender, available_cores
+from relume.cluster import MPI, Cluster
+from relume.cores import available_cores
+from relume.session import CannotRender
 
 try:
     from distributed import Client, LocalCluster, Security
@@ -21,11 +25,11 @@ CONNECT = 30
 
 
 @contextmanager
-def client(cluster, threads=None):
+def client(cluster: Cluster, threads: int | None = None) -> Iterator[Client]:
     """Context with a `distributed.Client`.
 
     Args:
-        cluster: `Cluster`.
+        cluster: who renders.
         threads: that the workers of this machine share; None for one for each core.
 
     Raises:
@@ -36,24 +40,24 @@ def client(cluster, threads=None):
             with _connected(cluster) as connected:
                 yield connected
         else:
-            with _local(cluster, threads) as local, Client(local) as connected:
+            with _local(cluster, cluster.workers, threads) as local, Client(local) as connected:
                 yield connected
     except (OSError, ValueError) as error:
         where = cluster.address or f"{cluster.workers} workers"
         raise CannotRender(f"no cluster at {where}: {error}") from error
 
 
-def _connected(cluster):
+def _connected(cluster: Cluster) -> Client:
     if cluster.address == MPI:
         return Client(timeout=CONNECT)  # dask_mpi has told dask where the scheduler is
     return Client(cluster.address, security=_security(cluster.tls), timeout=CONNECT)
 
 
-def _local(cluster, threads):
+def _local(cluster: Cluster, workers: int, threads: int | None) -> LocalCluster:
     cores = threads or available_cores()
     return LocalCluster(
-        n_workers=cluster.workers,
-        threads_per_worker=max(1, cores // cluster.workers),
+        n_workers=workers,
+        threads_per_worker=max(1, cores // workers),
         host=LOOPBACK,
         protocol="tls" if cluster.tls else "tcp",
         security=_security(cluster.tls, ("client", "scheduler", "worker")),
@@ -64,7 +68,9 @@ def _local(cluster, threads):
     )
 
 
-def _security(tls, roles=("client",)):
+def _security(
+    tls: tuple[str, str, str] | None, roles: Sequence[str] = ("client",)
+) -> Security | None:
     """What `distributed` takes for the files of `Cluster.tls`."""
     if tls is None:
         return None
@@ -74,7 +80,7 @@ def _security(tls, roles=("client",)):
     return Security(tls_ca_file=authority, require_encryption=True, **files)
 
 
-def join_mpi():
+def join_mpi() -> None:
     """Make the process what its rank under mpirun is; only rank 1 returns, and hands out passes.
 
     Raises:

@@ -1,12 +1,19 @@
-"""Scenes on their way to a worker: a small dictionary, and arrays and files by their hash."""
+"""Scenes sent to a worker: a small dictionary, and arrays and files by their hash."""
+
+from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from relume.fingerprint import FILE_KEY, content_hash, file_hash
+
+Contents = np.ndarray | bytes
+"""What travels by its hash: an array, or the bytes of a file."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +29,7 @@ class Content:
     suffix: str | None = None
 
 
-def pack(value):
+def pack(value: Any) -> tuple[Any, dict[str, Contents]]:
     """Take arrays and files out of a translated scene.
 
     Args:
@@ -31,9 +38,9 @@ def pack(value):
     Returns:
         The value with `Content` in their places, and a dictionary of arrays and bytes by hash.
     """
-    contents = {}
+    contents: dict[str, Contents] = {}
 
-    def packed(value, key=None):
+    def packed(value: Any, key: str | None = None) -> Any:
         if key == FILE_KEY and isinstance(value, str | Path):
             place = Content(file_hash(value), Path(value).suffix)
             contents[place.hash] = Path(value).read_bytes()
@@ -47,7 +54,7 @@ def pack(value):
     return packed(value), contents
 
 
-def unpack(value, contents, folder):
+def unpack(value: Any, contents: Mapping[str, Any], folder: str | Path) -> Any:
     """Undo `pack`; files are written into a folder.
 
     Args:
@@ -56,7 +63,7 @@ def unpack(value, contents, folder):
         folder: an existing folder.
     """
 
-    def unpacked(value, _key=None):
+    def unpacked(value: Any, _key: str | None = None) -> Any:
         if not isinstance(value, Content):
             return _mapped(value, unpacked)
         if value.suffix is None:
@@ -68,13 +75,13 @@ def unpack(value, contents, folder):
     return unpacked(value)
 
 
-def _mapped(value, change):
+def _mapped(value: Any, change: Callable[..., Any]) -> Any:
     """A container with `change(item, key)` of its items; any other value as it is."""
     if isinstance(value, dict):
         return {key: change(item, key) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return type(value)(change(item) for item in value)
-    if dataclasses.is_dataclass(value) and not isinstance(value, Content):
+    if dataclasses.is_dataclass(value) and not isinstance(value, Content | type):
         fields = {f.name: change(getattr(value, f.name)) for f in dataclasses.fields(value)}
         return dataclasses.replace(value, **fields)
     return value

@@ -1,21 +1,27 @@
 """What runs on a worker: a scene is loaded once and stays, with its kernels, for all its passes."""
 
+from __future__ import annotations
+
 import tempfile
 import time
 import zlib
 from collections import OrderedDict
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.translator import Translation
 
 from relume import fingerprint
-from relume.application import loaded, other_integrator
 from relume.cluster.serialization import unpack
+from relume.loading import load_integrator, load_scene
+from relume.options import RenderOptions
 from relume.passes import Pass
-from relume.session import CannotRender, Session, use_threads
+from relume.session import CannotRender, Session, set_thread_count
+from relume.translator import Document, Translation
+from relume.translator.plan import RenderPlan
 
 SCENES = 4
 """Scenes that a worker keeps loaded; the least recently used one goes first."""
@@ -23,7 +29,7 @@ SCENES = 4
 _thread = ThreadPoolExecutor(1, thread_name_prefix="relume")
 """Mitsuba's variant belongs to a thread: everything renders on this one."""
 
-_sessions = OrderedDict()
+_sessions: OrderedDict[str, tuple[str, Session]] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -32,36 +38,41 @@ class Job:
 
     Attributes:
         key: hash of all that follows.
-        scene: packed scene, see `serialization`.
-        plan: the scene's `relume.translator.plan.RenderPlan`.
-        render: `fingerprint.of_render`.
-        override: plugin id in place of the scene's integrator, or None.
+        scene: packed, see `serialization`.
+        plan: the scene's.
+        render: its `fingerprint.of_render`.
+        integrator: plugin id in place of the scene's integrator, or None.
     """
 
     key: str
-    scene: dict
-    plan: object
-    render: dict
-    override: str | None
+    scene: dict[str, Any]
+    plan: RenderPlan
+    render: dict[str, Any]
+    integrator: str | None
 
     @staticmethod
-    def of(translation, scene, render, override):
+    def of(
+        translation: Translation,
+        scene: dict[str, Any],
+        render: dict[str, Any],
+        options: RenderOptions,
+    ) -> Job:
         """The job of a translated scene that was packed as `scene`."""
         key = fingerprint.content_hash([render, translation.plan.spp])
-        return Job(key, scene, translation.plan, render, override)
+        return Job(key, scene, translation.plan, render, options.integrator)
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Rendered:
     """A pass with what is needed to trust it.
 
     Attributes:
-        found: `relume.passes.Pass`.
+        pass_: the pass.
         seconds: that it took.
         checksum: of its sums, made where they were.
     """
 
-    found: Pass
+    pass_: Pass
     seconds: float
     checksum: int
 
@@ -70,11 +81,11 @@ class NotLoaded(RuntimeError):
     """A worker was asked for a pass of a scene that it does not have, or no longer."""
 
 
-def load(job, contents, threads):
+def load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
     """Load a scene, unless it is there.
 
     Args:
-        job: `Job`.
+        job: what to load.
         contents: arrays and bytes of the scene by hash.
         threads: for Dr.Jit.
 
@@ -84,8 +95,8 @@ def load(job, contents, threads):
     _thread.submit(_load, job, contents, threads).result()
 
 
-def render(key, index, spp):
-    """Render a pass of the job `key`; returns `Found`.
+def render(key: str, index: int, spp: int) -> Rendered:
+    """Render a pass of the job `key`.
 
     Raises:
         NotLoaded: the scene is not here.
@@ -93,7 +104,7 @@ def render(key, index, spp):
     return _thread.submit(_render, key, index, spp).result()
 
 
-def checksum(found):
+def checksum(found: Pass) -> int:
     """A checksum of the sums of a `Pass`."""
     total = zlib.crc32(np.ascontiguousarray(found.sum).data.cast("B"))
     if found.squares is None:
@@ -101,8 +112,8 @@ def checksum(found):
     return zlib.crc32(np.ascontiguousarray(found.squares).data.cast("B"), total)
 
 
-def _load(job, contents, threads):
-    use_threads(threads)
+def _load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
+    set_thread_count(threads)
     if job.key in _sessions:
         return
     here = fingerprint.versions()
@@ -115,15 +126,15 @@ def _load(job, contents, threads):
         scene = unpack(job.scene, contents, folder)
         if fingerprint.content_hash(scene) != job.render["scene"]:
             raise CannotRender("the scene arrived damaged")
-        translation = Translation(None, scene, job.plan)
-        integrator = job.override and other_integrator(job.override, translation)
-        made = Session(loaded(translation), job.plan.spp, job.render["seed"], integrator)
+        translation = Translation(Document(), scene, job.plan)
+        integrator = job.integrator and load_integrator(job.integrator, scene["integrator"])
+        made = Session(load_scene(translation), job.plan.spp, job.render["seed"], integrator)
     while len(_sessions) >= SCENES:
         _sessions.popitem(last=False)
     _sessions[job.key] = job.render["variant"], made
 
 
-def _render(key, index, spp):
+def _render(key: str, index: int, spp: int) -> Rendered:
     if key not in _sessions:
         raise NotLoaded(key)
     _sessions.move_to_end(key)
@@ -132,4 +143,4 @@ def _render(key, index, spp):
         mi.set_variant(variant)
     start = time.perf_counter()
     found = session.render_pass(index, spp)
-    return Found(found, time.perf_counter() - start, checksum(found))
+    return Rendered(found, time.perf_counter() - start, checksum(found))

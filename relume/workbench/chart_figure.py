@@ -1,9 +1,15 @@
 """Charts as figures: error over wall and processor time, log-log, with bands and Pareto front."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont
 from matplotlib.ft2font import FT2Font
@@ -13,23 +19,28 @@ from relume.output import replacing
 from relume.workbench import curves
 from relume.workbench.chart_table import TARGETS
 
+if TYPE_CHECKING:
+    from relume.workbench.charting import Chart
+
+Style = dict[str, Any]
+
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
-"""Of Okabe and Ito: told apart by colour-blind readers, too."""
+"""Of Okabe and Ito: distinct for colour-blind readers, too."""
 
 MARKERS = "osD^vPX*"
 CLOCKS = {"wall": "wall time of a render [s]", "cpu": "processor time, all threads [s]"}
 FLOOR_COLOR = "0.55"
 
 
-def chart_figure(chart):
-    """The `Figure` of a `charting.Chart`: a panel for each clock."""
+def chart_figure(chart: Chart) -> Figure:
+    """The figure of a chart: a panel for each clock."""
     figure = Figure(figsize=(9.2, 4.2), layout="constrained")
     panels = figure.subplots(1, len(CLOCKS), sharey=True)
     styles = style_of([curve.name for curve in chart.curves])
     for axes, clock in zip(panels, CLOCKS, strict=True):
         draw(axes, chart, clock, styles)
         axes.set_xlabel(CLOCKS[clock])
-    panels[0].set_ylabel("relMSE, the reference's noise taken off")
+    panels[0].set_ylabel("relMSE, the reference's noise subtracted")
     noise_scale(panels[-1])
     panels[0].legend(fontsize=8, framealpha=0.8)
     width, height = chart.settings["size"]
@@ -37,15 +48,15 @@ def chart_figure(chart):
     return figure
 
 
-def overview_figure(charts):
-    """The `Figure` of several charts: a panel for each, over wall time."""
+def overview_figure(charts: Sequence[Chart]) -> Figure:
+    """The figure of several charts: a panel for each, over wall time."""
     columns = min(4, len(charts))
     rows = -(-len(charts) // columns)
     figure = Figure(figsize=(3 * columns, 2.7 * rows + 0.5), layout="constrained")
     names = dict.fromkeys(curve.name for chart in charts for curve in chart.curves)
     styles = style_of(names)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    shown = {}
+    shown: dict[Any, Any] = {}
     for axes, chart in zip(panels, charts, strict=False):
         draw(axes, chart, "wall", styles)
         axes.set_title(printable(chart.name), fontsize=9)
@@ -55,11 +66,12 @@ def overview_figure(charts):
         axes.set_axis_off()
     figure.supxlabel(CLOCKS["wall"], fontsize=9)
     figure.supylabel("relMSE", fontsize=9)
-    figure.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=6, fontsize=8)
+    handles, labels = list(shown.values()), list(shown)
+    figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=8)
     return figure
 
 
-def style_of(names):
+def style_of(names: Iterable[str]) -> dict[str, Style]:
     """Colour and marker of each method."""
     return {
         name: {"color": COLORS[i % len(COLORS)], "marker": MARKERS[i % len(MARKERS)]}
@@ -67,7 +79,7 @@ def style_of(names):
     }
 
 
-def draw(axes, chart, clock, styles):
+def draw(axes: Axes, chart: Chart, clock: str, styles: dict[str, Style]) -> None:
     """Draw the curves of a chart over one clock."""
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -91,14 +103,14 @@ def draw(axes, chart, clock, styles):
     axes.tick_params(labelsize=8)
 
 
-def plain_ticks(axis):
+def plain_ticks(axis: Axis) -> None:
     """Ticks of a logarithmic axis at 1, 2 and 5, with plain numbers."""
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
-def draw_curve(axes, curve, clock, style):
+def draw_curve(axes: Axes, curve: curves.Curve, clock: str, style: Style) -> None:
     """Draw error with its band, and bias² where it is more than chance."""
     times = curve.time(clock)
     e, half = curve.error()
@@ -113,11 +125,11 @@ def draw_curve(axes, curve, clock, style):
     if curve.biased():
         b, b_half = curve.bias2()
         known = b > b_half
-        dashed = {"color": color, "linestyle": "--", "linewidth": 1}
+        dashed: Style = {"color": color, "linestyle": "--", "linewidth": 1}
         axes.plot(times[known], b[known], label=f"bias² of {curve.name}", **dashed)
 
 
-def noise_scale(axes):
+def noise_scale(axes: Axes) -> None:
     """A second scale of relative noise, the root of relMSE [%]."""
     right = axes.secondary_yaxis(
         "right",
@@ -128,17 +140,17 @@ def noise_scale(axes):
     right.tick_params(labelsize=8)
 
 
-def printable(text):
+def printable(text: str) -> str:
     """Text with the characters that the font of the figures has; □ for the others."""
     font = FT2Font(findfont(FontProperties(family="DejaVu Sans")))
     return "".join(c if font.get_char_index(ord(c)) else "□" for c in text)
 
 
-def save(figure, path, description):
+def save(figure: Figure, path: str | Path, description: str) -> None:
     """Write a figure as SVG or PNG by the extension, the same bytes for the same figure.
 
     Args:
-        figure: `Figure`.
+        figure: what to write.
         path: the file.
         description: kept in it, such as the command that makes it.
 
@@ -147,8 +159,8 @@ def save(figure, path, description):
     """
     path = Path(path)
     kind = path.suffix.lstrip(".")
-    settings = {"svg.fonttype": "none", "svg.hashsalt": "relume"}
-    metadata = {"Description": description}
+    settings: Any = {"svg.fonttype": "none", "svg.hashsalt": "relume"}
+    metadata: dict[str, str | None] = {"Description": description}
     metadata |= {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
     with matplotlib.rc_context(settings), replacing(path) as temporary:
         figure.savefig(temporary, format=kind, dpi=96, metadata=metadata)

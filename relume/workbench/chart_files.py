@@ -1,27 +1,34 @@
 """The files of `relume chart`: a figure and its data for each scene, and an overview of several."""
 
-from pathlib import Path
+from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from relume.application import read
 from relume.output import check_writable, replacing
-from relume.rendering import interruptible
+from relume.progress import interruptible
 from relume.session import CannotRender
 from relume.workbench import chart_figure, chart_table
-from relume.workbench.charting import chart
+from relume.workbench.charting import Chart, chart
 
 KINDS = (".svg", ".png")
 
 
-def run(scenes, out, console, **options):
+def run(
+    scenes: Sequence[str | Path], out: str | Path, console: Console, **arguments: Any
+) -> tuple[list[Chart], list[Path], dict[str | Path, str]]:
     """Chart scenes with progress, writing each as soon as it is measured.
 
     Args:
         scenes: scene files.
         out: folder for the figures and data; it is made.
-        console: `rich.console.Console` for the progress.
-        options: as `charting.chart`.
+        console: for the progress bar.
+        arguments: as `charting.chart`.
 
     Returns:
         The `Chart` of each scene, the paths written, and why scenes have no chart, by scene.
@@ -33,7 +40,9 @@ def run(scenes, out, console, **options):
     for scene in scenes:
         read(scene)
     check_writable(Path(out) / "methods.csv")
-    charts, written, failed = [], [], {}
+    charts: list[Chart] = []
+    written: list[Path] = []
+    failed: dict[str | Path, str] = {}
     columns = (
         TextColumn("{task.description}"),
         MofNCompleteColumn(),
@@ -48,12 +57,12 @@ def run(scenes, out, console, **options):
         for scene, name in zip(scenes, unique_names(scenes), strict=True):
             task = bar.add_task(f"{name}: warm-up", total=None)
 
-            def watch(what, done, of, task=task, name=name):
+            def progress(what: str, done: int, of: int, task: Any = task, name: str = name) -> bool:
                 bar.update(task, description=f"{name}: {what}", completed=done, total=of)
                 return bool(stop)
 
             try:
-                made = chart(scene, watch=watch, **options)
+                made = chart(scene, progress=progress, **arguments)
             except CannotRender as error:
                 failed[scene] = str(error)
             else:
@@ -65,9 +74,9 @@ def run(scenes, out, console, **options):
     return charts, written + write_overview(charts, Path(out)), failed
 
 
-def unique_names(scenes):
+def unique_names(scenes: Sequence[str | Path]) -> list[str]:
     """A file name for each scene: its own without extension, numbered where two are the same."""
-    taken = []
+    taken: list[str] = []
     for scene in scenes:
         name = stem = Path(scene).stem
         number = 1
@@ -78,11 +87,11 @@ def unique_names(scenes):
     return taken
 
 
-def write_chart(made, path):
+def write_chart(made: Chart, path: Path) -> list[Path]:
     """Write the figure and the points of a chart; returns the paths.
 
     Args:
-        made: `Chart`.
+        made: what was measured.
         path: of the files, without extension.
     """
     figure = chart_figure.chart_figure(made)
@@ -94,7 +103,7 @@ def write_chart(made, path):
     return [*files, points]
 
 
-def write_overview(charts, folder):
+def write_overview(charts: Sequence[Chart], folder: Path) -> list[Path]:
     """Write the table of all methods, and the overview if there are several charts."""
     if not charts:
         return []
@@ -111,7 +120,7 @@ def write_overview(charts, folder):
     return [*files, table]
 
 
-def write_text(path, text):
+def write_text(path: Path, text: str) -> None:
     """Write a text file, whole or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -1,11 +1,18 @@
 """The figures of charts: CSV of all points, and a table of methods for files and terminal."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from relume.workbench.charting import Chart
 
 TARGETS = (0.05, 0.01)
-"""Relative noise to which times are told: the root of relMSE."""
+"""Relative noise to which times are given: the root of relMSE."""
 
 POINTS = (
     "scene", "method", "spp", "runs", "wall_s", "cpu_s", "error", "error_plus_minus", "bias2",
@@ -13,7 +20,7 @@ POINTS = (
 )  # fmt: skip
 
 
-def points(chart):
+def points(chart: Chart) -> list[tuple[Any, ...]]:
     """Every point of a chart: a list of rows as `POINTS` names them."""
     rows = []
     for curve in chart.curves:
@@ -25,12 +32,12 @@ def points(chart):
     return rows
 
 
-def summary(chart):
+def summary(chart: Chart) -> list[dict[str, Any]]:
     """What the points say of each method: a list of dictionaries of JSON values.
 
     `slope` is that of the error over samples, `slope_of_time` over wall time; `bias` the root of
     bias², relative, or the most that it can be where `biased` is False. Times are in seconds; None
-    stands for never, and for slopes that cannot be told.
+    stands for never, and for slopes that are unknown.
     """
     rows = []
     for curve in chart.curves:
@@ -61,7 +68,7 @@ def summary(chart):
     return rows
 
 
-def as_csv(head, rows):
+def as_csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
     """Rows as the text of a CSV file; numbers with six digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -71,10 +78,10 @@ def as_csv(head, rows):
     return text.getvalue()
 
 
-def cells(row):
+def cells(row: dict[str, Any]) -> list[tuple[str, str]]:
     """A row of `summary` in words: pairs of heading and text."""
 
-    def time(clock, target):
+    def time(clock: str, target: float) -> str:
         seconds = row[f"{clock}_s_to_{100 * target:g}_percent"]
         return "never" if seconds is None else f"{short(seconds, 3)} s"
 
@@ -92,26 +99,30 @@ def cells(row):
     ]
 
 
-def short(x, digits):
+def short(x: float, digits: int) -> str:
     """A number in so many significant digits, without an exponent below a million."""
     return f"{x:.{digits}g}" if x < 10**digits or x >= 1e6 else f"{x:.0f}"
 
 
-def lines(chart):
+def lines(chart: Chart) -> list[str]:
     """The table of a chart as lines of text."""
     rows = [cells(row) for row in summary(chart)]
     table = [[head for head, _ in rows[0]], *([text for _, text in row] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     aligned = [[row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])] for row in table]
-    left_out = [f"{name} is left out: {why}" for name, why in chart.skipped.items()]
-    return [chart.name, *("  ".join(row) for row in aligned), *left_out]
+    return [chart.name, *("  ".join(row) for row in aligned), *left_out(chart)]
 
 
-def explanations(chart):
+def left_out(chart: Chart) -> list[str]:
+    """Why methods that were asked for have no curve: a list of sentences."""
+    return [f"{name} is left out: {why}" for name, why in chart.skipped.items()]
+
+
+def explanations(chart: Chart) -> list[str]:
     """What the figures of a chart mean: a list of sentences."""
     about = chart.reference.about
     return [
-        "Error is relMSE, the reference's own noise taken off; ± is the 95 % interval over"
+        "Error is relMSE, the reference's own noise subtracted; ± is the 95 % interval over"
         f" {chart.settings['runs']} independent renders at each number of samples.",
         "Slope is that of log error over log samples: -1 without bias. Bias is the root of bias² at"
         " the most samples, relative; after < the most that it can be.",

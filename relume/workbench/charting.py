@@ -5,31 +5,55 @@ to the number that fits its share of the time. Climbing to that number once is t
 are compiled then, and it is no part of the curves.
 """
 
+from __future__ import annotations
+
+import math
 import shlex
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from relume import translator
-from relume.application import read, ready, resized
+from relume.loading import SceneSource, document_of, resized, variant_and_threads
+from relume.options import RenderOptions
 from relume.session import CannotRender, reason
-from relume.workbench import curves, methods, references, renders
-from relume.workbench.comparing import notes
+from relume.translator import Translation
+from relume.workbench import chart_table, curves, pages, references, renders
 from relume.workbench.comparison import versions
+from relume.workbench.curves import Curve
+from relume.workbench.estimates import Estimate
+from relume.workbench.methods import Method, Stage, chosen, find, methods_for, planned
+from relume.workbench.scenes import (
+    name_of,
+    notes,
+    option_words,
+    reduced,
+    refuse,
+    repeated,
+)
 
 RUNS = 8
 FEWEST_RUNS = 4
 """Below, intervals say nothing."""
 
 SECONDS = 60.0
-SIDE = 160
-"""Longest side of the picture, unless a size is given [pixel]: errors need no large pictures."""
-
 REFERENCE_SHARE = 16
 """Samples of the reference for each of the longest render of its method."""
 
 MOST_LEVELS = 20
+
+
+NOT_TAKEN = {
+    "spp": "the samples of a chart follow from its time",
+    "integrator": "the integrators of a chart are its methods",
+}
+"""Options that a chart does not take, with the reason."""
+
+ChartProgress: TypeAlias = Callable[[str, int, int], Any]
+"""Called with a word for what is done, the renders done and all renders; True stops."""
 
 
 @dataclass(frozen=True)
@@ -38,80 +62,103 @@ class Chart:
 
     Attributes:
         name: of the scene.
-        curves: a `curves.Curve` for each method.
+        curves: one for each method.
         skipped: why the other methods asked for have none, by name.
-        reference: `references.Reference`.
+        reference: what errors are measured against.
         settings: what was rendered and how, as JSON values.
     """
 
     name: str
-    curves: tuple
-    skipped: dict
+    curves: tuple[Curve, ...]
+    skipped: dict[str, str]
     reference: references.Reference
-    settings: dict
+    settings: dict[str, Any]
 
-    def on_front(self, curve):
+    def verdict(self) -> str:
+        """Which method is the first at the largest of `chart_table.TARGETS`, in words."""
+        target = chart_table.TARGETS[0]
+        times = {curve.name: curve.time_to(target**2)[0] for curve in self.curves}
+        first = min(times, key=lambda name: times[name])
+        if math.isinf(times[first]):
+            return f"no method reaches {100 * target:g} % noise"
+        seconds = chart_table.short(times[first], 3)
+        return f"{first} is the first at {100 * target:g} % noise, after {seconds} s"
+
+    def __repr__(self) -> str:
+        names = ", ".join(curve.name for curve in self.curves)
+        return f"<Chart of {self.name}, {names}: {self.verdict()}>"
+
+    def _repr_png_(self) -> bytes:
+        from relume.workbench import chart_figure
+
+        return pages.png(chart_figure.chart_figure(self))
+
+    def _repr_html_(self) -> str:
+        rows = [chart_table.cells(row) for row in chart_table.summary(self)]
+        head = [name for name, _ in rows[0]]
+        table = (head, [[text for _, text in row] for row in rows])
+        notes = [*chart_table.left_out(self), *self.settings["notes"]]
+        return pages.summary(self.name, self.verdict(), True, self._repr_png_(), [table], notes)
+
+    def on_front(self, curve: Curve) -> np.ndarray:
         """Whether each point of a curve lies on the Pareto front over wall time: (levels,)."""
         others = [other for other in self.curves if other is not curve]
         return curves.on_front(curve, others) if others else np.ones(len(curve.spp), bool)
 
 
 def chart(
-    scene,
+    scene: SceneSource,
+    options: RenderOptions | None = None,
     *,
-    method=(),
-    seconds=SECONDS,
-    runs=RUNS,
-    size=None,
-    seed=0,
-    reference=None,
-    cache=None,
-    dialect="manual",
-    asset_path=(),
-    watch=None,
-):
+    methods: Sequence[str] = (),
+    seconds: float = SECONDS,
+    runs: int = RUNS,
+    reference: str | None = None,
+    cache: str | Path | None = None,
+    progress: ChartProgress | None = None,
+    **changes: Any,
+) -> Chart:
     """Measure the error of methods over time.
 
     Args:
-        scene: the scene file.
-        method: names of methods (see `methods`) or plugin ids of integrators; by default all that
-            can render the scene.
+        scene: a scene file, or what `relume.read` returned.
+        options: how it is rendered; by default the picture's longer side is at most `SIDE`. What
+            renders and how many samples of a pixel follows from `methods` and `seconds`.
+        methods: names of methods (see the module `methods`) or plugin ids of integrators; by
+            default all that can render the scene.
         seconds: time of all measured renders together, about; the warm-up and the reference, which
             is kept for the next time, take about as long again for one or two methods.
         runs: independent renders at each number of samples, `FEWEST_RUNS` or more.
-        size: (width, height) instead of the scene's, whose longer side is reduced to `SIDE`.
-        seed: non-negative integer.
         reference: the method of the reference; by default an unbiased one, the planned one first.
         cache: folder of references instead of the user's.
-        dialect: `manual` or `prender`.
-        asset_path: folders in which files that the scene names are looked for.
-        watch: called with a word for what is done, the renders done and all renders; rendering
-            stops if it returns True, and what is whole by then is kept.
-
-    Returns:
-        `Chart`.
+        progress: called with a word for what is done, the renders done and all renders; rendering
+            stops if it returns True, and the rounds that are complete are kept.
+        changes: fields of `options` by name.
 
     Raises:
         SceneError: errors of the file, and missing files.
         CannotRender: no method works here, or too few runs were done.
-        ValueError: a number out of range.
+        ValueError: a number out of range, or `spp` or `integrator` among the options.
         OutputError: the cache cannot be written.
     """
+    options = RenderOptions.of(options, **changes)
+    refuse(options, NOT_TAKEN)
+    seed = options.seed
     if runs < FEWEST_RUNS:
         raise ValueError(f"runs {runs}: expected {FEWEST_RUNS} or more")
     if not seconds > 0 or seed < 0:
         raise ValueError("expected a time above 0 and a seed of 0 or more")
-    document = read(scene)
-    document = resized(document, size or reduced(document.image))
-    translation = translator.translate(document, dialect, asset_path)
-    wanted = chosen(translation, method)
-    with ready(translation):
-        stage = methods.Stage(document, translation, dialect, asset_path)
+    document = document_of(scene)
+    document = resized(document, options.size or reduced(document.image))
+    translation = translator.translate(document, options.dialect, options.asset_path)
+    wanted = chosen(translation, methods)
+    with variant_and_threads(translation, options.variant):
+        stage = Stage(document, translation, options)
         share = seconds / (runs * max(len(wanted), 1))
         racers, skipped = warmed_up(stage, wanted, share)
         if not racers:
             raise CannotRender("; ".join(f"{name}: {why}" for name, why in skipped.items()))
-        by = methods.find(reference) if reference else unbiased(translation)
+        by = find(reference) if reference else unbiased(translation)
         known = {racer.name: racer for racer in racers}
         most = (known.get(by.name) or warmed_up_for(stage, by, share)).spp[-1]
         found = references.reference(
@@ -120,43 +167,28 @@ def chart(
             REFERENCE_SHARE * most,
             cache or references.cache_folder(),
             seed=seed,
-            watch=watch and (lambda done, of: watch("reference", done, of)),
+            progress=progress and (lambda done, of: progress("reference", done, of)),
         )
-        race(racers, runs, seed, watch)
+        race(racers, runs, seed, progress)
     settings = {
-        "scene": str(scene),
+        "scene": name_of(document),
         "size": [translation.plan.width, translation.plan.height],
         "runs": racers[0].runs,
         "seconds": seconds,
         "seed": seed,
-        "dialect": dialect,
-        "variant": translation.plan.variant,
+        "dialect": options.dialect,
+        "variant": options.variant or translation.plan.variant,
         "versions": versions(),
         "notes": notes(translation.document),
     }
-    settings["command"] = command_line(settings, method, reference, asset_path)
+    settings["command"] = command_line(settings, options, methods, reference)
     made = tuple(racer.curve(found.estimate) for racer in racers)
-    return Chart(Path(scene).stem, made, skipped, found, settings)
+    return Chart(Path(name_of(document)).stem, made, skipped, found, settings)
 
 
-def reduced(image):
-    """A size with the shape of `image` and a longer side of at most `SIDE`."""
-    scale = min(1.0, SIDE / max(image))
-    return tuple(max(1, round(scale * side)) for side in image)
-
-
-def chosen(translation, names):
-    """The methods of these names; all that can render a scene if there are none."""
-    if names:
-        return [methods.find(name) for name in dict.fromkeys(names)]
-    planned = methods.planned(translation)
-    rows = methods.methods_for(translation)
-    return rows if planned.name in {row.name for row in rows} else [planned, *rows]
-
-
-def unbiased(translation):
+def unbiased(translation: Translation) -> Method:
     """The method for references: the planned one if it is unbiased, or the first that is."""
-    rows = [methods.planned(translation), *methods.methods_for(translation)]
+    rows = [planned(translation), *methods_for(translation)]
     for row in rows:
         if row.unbiased and not row.obstacle(translation):
             return row
@@ -172,20 +204,19 @@ class Racer:
         first: as `curves.Curve`.
     """
 
-    def __init__(self, method, stage):
+    def __init__(self, method: Method, stage: Stage) -> None:
         self.name = method.name
         self.scene, self.integrator = stage.load(method)
         self.spp = [1]
         self.first = 0.0
-        self.rounds = []
-        self.not_finite = 0
+        self.rounds: list[list[renders.Render]] = []
 
     @property
-    def runs(self):
+    def runs(self) -> int:
         """Whole rounds so far."""
         return len(self.rounds)
 
-    def warm_up(self, share):
+    def warm_up(self, share: float) -> None:
         """Compile, and find the numbers of samples whose renders take `share` together [s]."""
         cold = self.render(1, 0).wall
         warm = self.render(1, 0).wall
@@ -197,19 +228,19 @@ class Racer:
             self.spp.append(2 * self.spp[-1])
             warm = self.render(self.spp[-1], 0).wall
 
-    def render(self, spp, seed):
-        """A `renders.Render`."""
+    def render(self, spp: int, seed: int) -> renders.Render:
+        """Render a picture."""
         return renders.render(self.scene, self.integrator, spp, seed)
 
-    def curve(self, reference):
-        """The `curves.Curve` of the whole rounds."""
+    def curve(self, reference: Estimate) -> Curve:
+        """The curve of the whole rounds."""
         table = list(zip(*self.rounds, strict=True))  # by level
         finite = [[np.isfinite(r.picture) for r in row] for row in table]
         grams = [
             curves.gram(np.where(f, [r.picture for r in row], 0), reference)
             for f, row in zip(finite, table, strict=True)
         ]
-        return curves.Curve(
+        return Curve(
             name=self.name,
             spp=np.array(self.spp),
             gram=np.array([g for g, _ in grams]),
@@ -221,16 +252,19 @@ class Racer:
         )
 
 
-def warmed_up_for(stage, method, share):
+def warmed_up_for(stage: Stage, method: Method, share: float) -> Racer:
     """The warm `Racer` of a method."""
     racer = Racer(method, stage)
     racer.warm_up(share)
     return racer
 
 
-def warmed_up(stage, wanted, share):
+def warmed_up(
+    stage: Stage, wanted: Sequence[Method], share: float
+) -> tuple[list[Racer], dict[str, str]]:
     """The warm `Racer` of each method that works, and why the others do not, by name."""
-    racers, skipped = [], {}
+    racers: list[Racer] = []
+    skipped: dict[str, str] = {}
     for method in wanted:
         try:
             racers.append(warmed_up_for(stage, method, share))
@@ -239,14 +273,16 @@ def warmed_up(stage, wanted, share):
     return racers, skipped
 
 
-def race(racers, runs, seed, watch=None):
+def race(
+    racers: Sequence[Racer], runs: int, seed: int, progress: ChartProgress | None = None
+) -> None:
     """Render in rounds: every method once at each of its numbers of samples.
 
     Args:
         racers: each `Racer`; their rounds grow.
         runs: rounds.
         seed: as `chart`.
-        watch: as `chart`.
+        progress: as `chart`.
 
     Raises:
         CannotRender: it was stopped before `FEWEST_RUNS` rounds.
@@ -258,9 +294,9 @@ def race(racers, runs, seed, watch=None):
     ]
     places.sort(key=lambda place: place[:2])  # methods in turn, level by level
     for run in range(runs):
-        done = {racer: [] for racer in racers}
+        done: dict[Racer, list[renders.Render]] = {racer: [] for racer in racers}
         for count, (level, index, racer) in enumerate(places, run * len(places)):
-            if watch and watch("render", count, runs * len(places)):
+            if progress and progress("render", count, runs * len(places)):
                 break
             own = renders.own_seed(seed, renders.CHART, index, level, run)
             done[racer].append(racer.render(racer.spp[level], own))
@@ -275,15 +311,14 @@ def race(racers, runs, seed, watch=None):
         )
 
 
-def command_line(settings, method, reference, asset_path):
+def command_line(
+    settings: dict[str, Any], options: RenderOptions, methods: Sequence[str], reference: str | None
+) -> str:
     """The command that gives this chart."""
-    words = ["relume", "chart", settings["scene"]]
-    for name in method:
-        words += ["--method", name]
+    words = ["relume", "chart", settings["scene"], *repeated("--method", methods)]
     words += ["--reference", reference] if reference else []
     words += ["--size", "{}x{}".format(*settings["size"])]
-    for name in ("seconds", "runs", "seed", "dialect"):
-        words += [f"--{name}", f"{settings[name]:g}" if name == "seconds" else str(settings[name])]
-    for folder in asset_path:
-        words += ["--asset-path", str(folder)]
-    return shlex.join(words)
+    words += ["--seconds", f"{settings['seconds']:g}"]
+    for name in ("runs", "seed"):
+        words += [f"--{name}", str(settings[name])]
+    return shlex.join([*words, *option_words(options, "variant", "dialect")])

@@ -6,22 +6,32 @@ tests of `statistics.all_levels` rejects (whole picture, blocks, pixels, togethe
 of false alarms) or a value is no finite number, else `agree`.
 """
 
+from __future__ import annotations
+
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from relume.translator.plan import samples
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
 
 from relume import passes_file, translator
-from relume.application import read, ready, resized
+from relume.loading import SceneSource, document_of, resized, variant_and_threads
+from relume.options import RenderOptions
 from relume.output import OutputError, check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, reason, two_threads, variant
-from relume.workbench import estimate_files, measures, methods, renders, statistics
+from relume.session import CannotRender, exr_threads, reason, variant_context
+from relume.translator.plan import samples
+from relume.workbench import estimate_files, estimates, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
+from relume.workbench.estimates import Estimate
+from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
+from relume.workbench.scenes import Progress, name_of, notes, option_words
 
 RUNS = 32
 FEWEST_RUNS = 8
@@ -30,17 +40,16 @@ FEWEST_RUNS = 8
 PICTURES = (".exr", ".hdr")
 
 
-def run(scene, out, console, **options):
-    """Compare with progress and write the page.
+def run(
+    scene: SceneSource, out: str | Path | None, console: Console, **arguments: Any
+) -> Comparison:
+    """Compare with a progress bar and write the page.
 
     Args:
         scene: as `compare`.
         out: file of the page, or None.
-        console: `rich.console.Console` for the progress.
-        options: as `compare`.
-
-    Returns:
-        `Comparison`.
+        console: for the progress bar.
+        arguments: as `compare`.
 
     Raises:
         OutputError: the page cannot be written; and what `compare` raises.
@@ -48,146 +57,144 @@ def run(scene, out, console, **options):
     if out is not None:
         if Path(out).is_dir():
             raise OutputError(f"cannot write {out}: it is a folder")
-        check_writable(out)
+        check_writable(Path(out))
     columns = (TextColumn("run"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
     quiet = not console.is_terminal
     with (
-        Progress(*columns, console=console, transient=True, disable=quiet) as bar,
+        Bar(*columns, console=console, transient=True, disable=quiet) as bar,
         interruptible() as stop,
     ):
         task = bar.add_task("compare")
 
-        def watch(done, runs):
+        def progress(done: int, runs: int) -> bool:
             bar.update(task, completed=done, total=runs)
             return bool(stop)
 
-        found = compare(scene, watch=watch, **options)
+        found = compare(scene, progress=progress, **arguments)
     if out is not None:
         Path(out).write_text(page(found), encoding="utf-8")
     return found
 
 
 def compare(
-    scene,
+    scene: SceneSource,
+    options: RenderOptions | None = None,
     *,
-    with_="volpath",
-    integrator=None,
-    size=None,
-    spp=None,
-    runs=RUNS,
-    seed=0,
-    dialect="manual",
-    asset_path=(),
-    watch=None,
-):
+    with_: str = "volpath",
+    runs: int = RUNS,
+    progress: Progress | None = None,
+    **changes: Any,
+) -> Comparison:
     """Compare a scene's picture with that of another integrator, or with a picture.
 
     Args:
-        scene: the scene file.
-        with_: a method (see `methods`), which gets the same scene, depths and number of samples; or
-            a linear picture, .exr or .hdr. It is the reference. An .exr that tells its variance
-            (see `estimate_files`) is taken at its word; the noise of another picture is judged.
-        integrator: the method of the first side; None for what is planned for the scene.
-        size: (width, height) instead of the scene's; that of the picture if there is one.
-        spp: samples of a pixel of each side in all its runs together, rounded up to a multiple of
-            `runs`; by default the scene's.
+        scene: a scene file, or what `relume.read` returned.
+        options: how the first side is rendered; `integrator` is its method (see `methods`), by
+            default the planned one, and `spp` the samples of a pixel of each side in all its runs
+            together, rounded up to a multiple of `runs`, by default the scene's. The same `seed`
+            gives the same comparison but for the times.
+        with_: the reference: a method, which gets the same scene, depths and number of samples; or
+            a linear picture, .exr or .hdr, whose size is taken. An .exr that holds its variance
+            (see `estimate_files`) is taken at its word; the noise of another picture is estimated.
         runs: independent renders of each side, `FEWEST_RUNS` or more.
-        seed: non-negative integer; the same seed gives the same comparison but for the times.
-        dialect: `manual` or `prender`.
-        asset_path: folders in which files that the scene names are looked for.
-        watch: called with the number of runs done and of all runs; rendering stops if it returns
+        progress: called with the number of runs done and of all runs; rendering stops if it returns
             True.
-
-    Returns:
-        `Comparison`.
+        changes: fields of `options` by name.
 
     Raises:
         SceneError: errors of the file, and missing files.
         CannotRender: an integrator does not work here, or too few runs were done.
         ValueError: a number out of range, or a picture that cannot be read or has another size.
     """
+    options = RenderOptions.of(options, **changes)
+    seed, size = options.seed, options.size
     if runs < FEWEST_RUNS:
         raise ValueError(f"runs {runs}: expected {FEWEST_RUNS} or more")
     if seed < 0:
         raise ValueError(f"seed {seed}: expected 0 or more")
-    picture = stored = None
+    picture: np.ndarray | None = None
+    stored: Estimate | None = None
     if Path(with_).suffix:
         picture, stored = load_picture(with_)
         of_picture = (picture.shape[1], picture.shape[0])
         if size is not None and tuple(size) != of_picture:
             raise ValueError("size {}x{}: {} has {}x{}".format(*size, with_, *of_picture))
         size = of_picture
-    document = read(scene)
-    if spp is None:
-        spp = samples(document)
-    each = -(-spp // runs)
+    document = document_of(scene)
+    each = -(-(samples(document) if options.spp is None else options.spp) // runs)
     # Translated for all samples: what depends on their number must be that of one long render.
     document = resized(document, size, each * runs)
-    translation = translator.translate(document, dialect, asset_path)
-    plan = translation.plan
+    translation = translator.translate(document, options.dialect, options.asset_path)
+    plan, integrator = translation.plan, options.integrator
     first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
-    with ready(translation):
-        stage = methods.Stage(document, translation, dialect, asset_path)
+    with variant_and_threads(translation, options.variant):
+        stage = methods.Stage(document, translation, options)
         loaded = [(method.name, *stage.load(method)) for method in wanted]
-        sides = render_in_turn(loaded, each, runs, seed, watch)
+        sides = render_in_turn(loaded, each, runs, seed, progress)
     if picture is not None:
         sides.append(picture_side(with_, picture, stored, sides[0].estimate))
     settings = {
-        "scene": str(scene),
+        "scene": name_of(document),
         "integrator": first.name,
         "with": str(with_),
         "size": [plan.width, plan.height],
         "spp": each * sides[0].runs,
         "runs": sides[0].runs,
         "seed": seed,
-        "dialect": dialect,
-        "variant": plan.variant,
+        "dialect": options.dialect,
+        "variant": options.variant or plan.variant,
     }
-    settings["command"] = command_line(settings, integrator, asset_path)
+    settings["command"] = command_line(settings, options)
     settings["notes"] = notes(translation.document)
     a, b = (side.estimate for side in sides)
     scores = statistics.all_levels(a, b, FALSE_ALARMS)
     flip = measures.flip(a.pixels.mean, b.pixels.mean)
-    return Comparison(tuple(sides), scores, flip, settings)
+    return Comparison((sides[0], sides[1]), scores, flip, settings)
 
 
-def render_in_turn(methods, spp, runs, seed, watch=None):
+def render_in_turn(
+    sides: Sequence[tuple[str, MitsubaScene, MitsubaIntegrator]],
+    spp: int,
+    runs: int,
+    seed: int,
+    progress: Progress | None = None,
+) -> list[Side]:
     """Render by several methods, run by run.
 
     Args:
-        methods: triples of a name, an `mi.Scene` and an `mi.Integrator`.
+        sides: triples of a name, an `mi.Scene` and an `mi.Integrator`.
         spp: samples of a pixel in a run.
         runs: number of runs.
         seed: as `compare`.
-        watch: as `compare`.
+        progress: as `compare`.
 
     Returns:
         A `Side` for each method.
     """
-    taken = [statistics.Runs() for _ in methods]
-    seconds = [[] for _ in methods]
+    taken = [estimates.Runs() for _ in sides]
+    seconds: list[list[float]] = [[] for _ in sides]
     for run in range(runs):
-        for side, (_, scene, integrator) in enumerate(methods):
+        for side, (_, scene, integrator) in enumerate(sides):
             own = renders.own_seed(seed, renders.COMPARE, side, run)
             done = renders.render(scene, integrator, spp, own)
             seconds[side].append(done.wall)
             taken[side].add(done.picture)
-        if watch and watch(run + 1, runs):
+        if progress and progress(run + 1, runs):
             break
     if run + 1 < FEWEST_RUNS:
         raise CannotRender(f"stopped after {run + 1} runs; {FEWEST_RUNS} are needed for a verdict")
     return [
         Side(name, t.estimate(), t.count, tuple(s), t.not_finite, t.negative)
-        for (name, *_), t, s in zip(methods, taken, seconds, strict=True)
+        for (name, *_), t, s in zip(sides, taken, seconds, strict=True)
     ]
 
 
-def load_picture(path):
+def load_picture(path: str | Path) -> tuple[np.ndarray, Estimate | None]:
     """Read a linear picture.
 
     Returns:
-        Its pixels, (height, width, 3), and its `Estimate` if the file tells its variance, or None.
+        Its pixels, (height, width, 3), and its `Estimate` if the file holds its variance, or None.
 
     Raises:
         ValueError: it is of another format, or cannot be read.
@@ -202,7 +209,7 @@ def load_picture(path):
     if estimate_files.holds_estimate(path):
         stored, _ = estimate_files.read(path)
         return stored.pixels.mean, stored
-    with variant("scalar_rgb"), two_threads():
+    with variant_context("scalar_rgb"), exr_threads():
         try:
             bitmap = mi.Bitmap(str(path)).convert(
                 mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False
@@ -212,42 +219,36 @@ def load_picture(path):
         return np.array(bitmap), None
 
 
-def picture_side(name, picture, stored, other):
+def picture_side(
+    name: str | Path, picture: np.ndarray, stored: Estimate | None, other: Estimate
+) -> Side:
     """The `Side` of a picture.
 
     Args:
         name: its path.
         picture: as `load_picture` returned it.
-        stored: its estimate, if the file tells its variance; else None, and its noise is judged.
+        stored: its estimate, if the file holds its variance; else None: its noise is estimated.
         other: estimate of the same scene.
     """
     finite = np.isfinite(picture)
     shown = np.where(finite, picture, 0)
     step = rgbe_step(shown) if Path(name).suffix.lower() == ".hdr" else 0.0
-    estimate = stored or statistics.from_picture(shown, other, step)
+    estimate = stored or estimates.from_picture(shown, other, step)
     return Side(str(name), estimate, 0, (), int((~finite).sum()), int((picture < 0).sum()))
 
 
-def rgbe_step(picture):
+def rgbe_step(picture: np.ndarray) -> np.ndarray:
     """Step between RGBE numbers: 1/256 of the power of two above the brightest channel."""
     _, exponent = np.frexp(picture.max(axis=2, keepdims=True))
     return np.ldexp(1.0, exponent - 8)
 
 
-def command_line(settings, integrator, asset_path):
+def command_line(settings: dict[str, Any], options: RenderOptions) -> str:
     """The command that gives this comparison."""
     words = ["relume", "compare", settings["scene"]]
-    words += ["--integrator", integrator] if integrator else []
+    words += ["--integrator", options.integrator] if options.integrator else []
     words += ["--with", settings["with"]]
     words += ["--size", "{}x{}".format(*settings["size"])]
-    for name in ("spp", "runs", "seed", "dialect"):
+    for name in ("spp", "runs", "seed"):
         words += [f"--{name}", str(settings[name])]
-    for folder in asset_path:
-        words += ["--asset-path", str(folder)]
-    return shlex.join(words)
-
-
-def notes(document):
-    """What of the scene is not rendered as written: a list of sentences."""
-    told = (line for line in document.lines.all if line.outcome in ("unsupported", "approximated"))
-    return [f"line {x.line}, {x.keyword}: {x.outcome}: {x.note}" for x in told if x.note]
+    return shlex.join([*words, *option_words(options, "variant", "dialect")])

@@ -1,19 +1,22 @@
 """What `relume compare` finds: the verdict, its figures and intervals, as JSON values."""
 
+from __future__ import annotations
+
 import importlib.metadata
 import math
 import platform
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from relume import llvm
 from relume.doctor import PACKAGES
-from relume.workbench import measures, statistics
+from relume.workbench import estimates, measures, statistics
 
 FALSE_ALARMS = 0.01
-"""How often two methods of the same expectation are told to differ."""
+"""How often two methods of the same expectation are found to differ."""
 
 CONFIDENCE = 0.95
 """Of all intervals."""
@@ -27,7 +30,7 @@ class Side:
 
     Attributes:
         name: plugin id of the integrator, or the picture's path.
-        estimate: `statistics.Estimate`.
+        estimate: `estimates.Estimate`.
         runs: number of independent renders; 0 for a picture.
         seconds: duration of each render [s].
         not_finite: values that were NaN or infinite.
@@ -35,21 +38,21 @@ class Side:
     """
 
     name: str
-    estimate: statistics.Estimate
+    estimate: estimates.Estimate
     runs: int
-    seconds: tuple
+    seconds: tuple[float, ...]
     not_finite: int
     negative: int
 
     @property
-    def variance(self):
-        """Where its variance is from: `runs`, `stored` in its file, or `judged` by its pixels."""
+    def variance(self) -> str:
+        """Where its variance is from: `runs`, `stored` in its file, `estimated` from its pixels."""
         if self.runs:
             return "runs"
-        return "judged" if self.estimate.lone else "stored"
+        return "estimated" if self.estimate.lone else "stored"
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Time of all renders [s]: their number times the median, for the first one compiles."""
         return self.runs * float(np.median(self.seconds)) if self.runs else 0.0
 
@@ -59,24 +62,24 @@ class Comparison:
     """What was found.
 
     Attributes:
-        sides: the two `Side`; the second is the reference.
-        scores: `statistics.Scores` by `whole`, `blocks` and `pixels`.
+        sides: the second is the reference.
+        scores: by `whole`, `blocks` and `pixels`.
         flip: map and mean of HDR-FLIP, or None.
         settings: what was rendered and how, as JSON values.
     """
 
-    sides: tuple
-    scores: dict
-    flip: tuple | None
-    settings: dict
+    sides: tuple[Side, Side]
+    scores: dict[str, statistics.Scores]
+    flip: tuple[np.ndarray, float] | None
+    settings: dict[str, Any]
 
     @property
-    def agree(self):
+    def agree(self) -> bool:
         """Whether no difference was found."""
         finite = not any(side.not_finite for side in self.sides)
         return finite and not any(level.differ for level in self.scores.values())
 
-    def energy(self):
+    def energy(self) -> list[dict[str, Any]]:
         """Difference of the means of each channel, with intervals: a list of JSON values."""
         a, b = (side.estimate.whole for side in self.sides)
         d = statistics.difference(a, b)
@@ -94,7 +97,7 @@ class Comparison:
             for c, name in enumerate(CHANNELS)
         ]
 
-    def worst_place(self):
+    def worst_place(self) -> dict[str, Any]:
         """Where the difference is largest: a block, or a pixel if single pixels alone differ.
 
         Of those whose score is above the threshold; if none is, where the score is largest.
@@ -103,13 +106,13 @@ class Comparison:
         level = "pixels" if pixels.differ and not blocks.differ else "blocks"
         a, b = (getattr(side.estimate, level) for side in self.sides)
         place = tuple(int(i) for i in self.scores[level].place(np.abs(a.mean - b.mean)))
-        a, b = (statistics.Level(l.mean[place], l.variance[place], l.dof[place]) for l in (a, b))
+        a, b = (estimates.Level(l.mean[place], l.variance[place], l.dof[place]) for l in (a, b))
         ratio, half = statistics.ratio(a, b, CONFIDENCE)
         y, x, c = place
         side = 1
         if level == "blocks":
             height, width = self.sides[0].estimate.pixels.mean.shape[:2]
-            side = statistics.block_side(height, width)
+            side = estimates.block_side(height, width)
             y, x = (
                 (i * side + min((i + 1) * side, n) - 1) // 2 for i, n in ((y, height), (x, width))
             )
@@ -123,7 +126,7 @@ class Comparison:
             "z": _number(self.scores[level].z[place]),
         }
 
-    def verdict(self):
+    def verdict(self) -> str:
         """The verdict in words, for people."""
         broken = [side for side in self.sides if side.not_finite]
         if broken:
@@ -143,7 +146,7 @@ class Comparison:
             return f"differ by {mean}, most in {where}: {there}"
         return f"differ in {where} by {there}; the means agree: {mean}"
 
-    def report(self):
+    def report(self) -> dict[str, Any]:
         """All of it as JSON values."""
         a, b = self.sides
         error, debiased = measures.rel_mse(a.estimate, b.estimate)
@@ -173,8 +176,32 @@ class Comparison:
             "versions": versions(),
         }
 
-    def _side(self, side):
-        both = sum(other.estimate.pixels.mean for other in self.sides) / 2
+    def __repr__(self) -> str:
+        first, second = (side.name for side in self.sides)
+        scene = self.settings.get("scene", "a scene")
+        return f"<Comparison of {scene}, {first} with {second}: {self.verdict()}>"
+
+    def _repr_png_(self) -> bytes:
+        from relume.workbench import compare_figure, pages
+
+        return pages.png(compare_figure.compare_figure(self))
+
+    def _repr_html_(self) -> str:
+        from relume.workbench import compare_table, pages
+
+        report = self.report()
+        first, second = (side.name for side in self.sides)
+        return pages.summary(
+            f"{report['scene']}: {first} against {second}",
+            self.verdict(),
+            self.agree,
+            self._repr_png_(),
+            compare_table.tables(report),
+            report["notes"],
+        )
+
+    def _side(self, side: Side) -> dict[str, Any]:
+        both = np.mean([other.estimate.pixels.mean for other in self.sides], axis=0)
         noise = measures.noise(side.estimate, both)
         return {
             "name": side.name,
@@ -195,7 +222,7 @@ class Comparison:
         }
 
 
-def versions():
+def versions() -> dict[str, str]:
     """Versions of what took part, by name."""
     found = {"python": platform.python_version(), "system": platform.platform()}
     for package in PACKAGES:
@@ -206,12 +233,12 @@ def versions():
     return found | {"LLVM": Path(llvm.install().path or "none").name}
 
 
-def _number(x):
+def _number(x: Any) -> float | None:
     """A JSON number; None for what JSON does not know."""
     return float(x) if math.isfinite(x) else None
 
 
-def _percent(entry):
+def _percent(entry: dict[str, Any]) -> str:
     """A ratio's distance from 1 with its half-width, in as many digits as mean something."""
     if entry["ratio"] is None:
         return "all, for the reference is black,"
@@ -220,6 +247,6 @@ def _percent(entry):
     return f"{deviation:+.{digits}f} % ± {half:.{digits}f} %"
 
 
-def decimals(half_width):
+def decimals(half_width: float) -> int:
     """Decimals that show a half-width of 0.2 as 0.2 and of 0.19 as 0.19; at most 9."""
     return min(9, max(0, math.ceil(-math.log10(half_width / 2)))) if half_width > 0 else 4

@@ -5,8 +5,8 @@ and the weights w of relMSE,
 
     G_ij = mean(w (I_i - R) (I_j - R)) - mean(w V)
 
-has the expectation bias² for i != j and bias² + variance for i = j: the noise of R is taken off. So
-the error is the mean of its diagonal and bias² that of the rest, without any assumption on the
+has the expectation bias² for i != j and bias² + variance for i = j: the noise of R is subtracted.
+So the error is the mean of its diagonal and bias² that of the rest, without any assumption on the
 noise: pixels of one picture may depend on each other, as those of Markov chains do. Intervals are
 the jackknife's, over the pictures.
 
@@ -15,14 +15,22 @@ Source: Celarek et al., Quantifying the Error of Light Transport Algorithms, Com
 Variance, Annals of Statistics 9, 1981.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from relume.workbench import measures, statistics
+from relume.workbench.estimates import Estimate
 
 CONFIDENCE = 0.95
+
+Interval: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""Values and the half-widths of their intervals."""
 
 LEAST_LEVELS = 3
 """Numbers of samples that a slope needs."""
@@ -53,29 +61,29 @@ class Curve:
     not_finite: int
 
     @property
-    def runs(self):
+    def runs(self) -> int:
         """Independent pictures at each number of samples."""
         return self.gram.shape[1]
 
-    def time(self, clock="wall"):
+    def time(self, clock: str = "wall") -> np.ndarray:
         """Median time of a render at each number of samples [s]; `clock` is `wall` or `cpu`."""
         return np.median(getattr(self, clock), axis=1)
 
-    def error(self):
-        """relMSE with the half-width of its interval, (levels,) each; the reference's noise is
-        taken off."""
+    def error(self) -> Interval:
+        """relMSE with the half-width of its interval, (levels,) each; the reference's noise
+        is subtracted."""
         return jackknife(error, self.gram)
 
-    def bias2(self):
+    def bias2(self) -> Interval:
         """bias² of relMSE with the half-width of its interval, (levels,) each."""
         return jackknife(bias2, self.gram, self.shared)
 
-    def biased(self):
+    def biased(self) -> bool:
         """Whether the bias at the most samples is more than chance and the reference explain."""
         value, half = jackknife(bias2, self.gram[-1:], self.shared[-1:], confidence=0.999)
         return bool(value[0] > half[0])
 
-    def error_at(self, times, clock="wall"):
+    def error_at(self, times: np.ndarray, clock: str = "wall") -> np.ndarray:
         """The error after some times: straight in the logarithms between the points, infinite
         before the first; beyond the last the variance falls with the samples and the bias stays.
 
@@ -92,7 +100,7 @@ class Curve:
         inside = np.exp(np.interp(np.log(times), x, y, left=np.inf))
         return np.where(times > known[-1], beyond, inside)
 
-    def slope(self, x=None):
+    def slope(self, x: np.ndarray | None = None) -> tuple[float, float] | None:
         """Slope of log error over log x with the half-width of its interval.
 
         Args:
@@ -106,14 +114,14 @@ class Curve:
         if seen.sum() < LEAST_LEVELS:
             return None
 
-        def fitted(gram):
+        def fitted(gram: np.ndarray) -> float:
             e = error(gram)[seen]
             return np.polyfit(x[seen], np.log(e), 1)[0] if (e > 0).all() else np.nan
 
         value, half = jackknife(fitted, self.gram)
         return float(value), float(half)
 
-    def time_to(self, target, clock="wall"):
+    def time_to(self, target: float, clock: str = "wall") -> tuple[float, float]:
         """Time until the error falls to a target [s], with the interval of its logarithm.
 
         Between the measured points it is interpolated; beyond the last one the variance is taken to
@@ -128,7 +136,7 @@ class Curve:
         """
         times, stays = self.time(clock), self.biased()
 
-        def found(gram):
+        def found(gram: np.ndarray) -> float:
             floor = max(float(bias2(gram)[-1]), 0.0) if stays else 0.0
             return math.log(reached(target, times, error(gram), self.spp, floor))
 
@@ -136,7 +144,9 @@ class Curve:
         return math.exp(value), float(half)
 
 
-def front(curves, clock="wall", steps=256):
+def front(
+    curves: Sequence[Curve], clock: str = "wall", steps: int = 256
+) -> tuple[np.ndarray, np.ndarray]:
     """The Pareto front of several curves: the least error after each time.
 
     Args:
@@ -152,18 +162,18 @@ def front(curves, clock="wall", steps=256):
     return times, np.min([curve.error_at(times, clock) for curve in curves], axis=0)
 
 
-def on_front(curve, others, clock="wall"):
+def on_front(curve: Curve, others: Sequence[Curve], clock: str = "wall") -> np.ndarray:
     """Whether no other curve is below the points of a curve: (levels,) of bool."""
     times, e = curve.time(clock), error(curve.gram)
     return np.all([e <= other.error_at(times, clock) for other in others], axis=0)
 
 
-def gram(pictures, reference):
+def gram(pictures: np.ndarray, reference: Estimate) -> tuple[np.ndarray, float]:
     """The matrix G of one number of samples, and the variance that the reference gives its bias².
 
     Args:
         pictures: (runs, height, width, 3), finite.
-        reference: `statistics.Estimate`.
+        reference: `estimates.Estimate`.
 
     Returns:
         (runs, runs) and a number.
@@ -178,18 +188,23 @@ def gram(pictures, reference):
     return flat @ flat.T / count - float((w * V).mean()), shared
 
 
-def error(gram):
+def error(gram: np.ndarray) -> np.ndarray:
     """Mean of the diagonals of (levels, runs, runs)."""
     return np.trace(gram, axis1=1, axis2=2) / gram.shape[1]
 
 
-def bias2(gram):
+def bias2(gram: np.ndarray) -> np.ndarray:
     """Mean of what is off the diagonals of (levels, runs, runs)."""
     runs = gram.shape[1]
     return (gram.sum(axis=(1, 2)) - runs * error(gram)) / (runs * (runs - 1))
 
 
-def jackknife(function, gram, shared=0.0, confidence=CONFIDENCE):
+def jackknife(
+    function: Callable[[np.ndarray], np.ndarray | float],
+    gram: np.ndarray,
+    shared: np.ndarray | float = 0.0,
+    confidence: float = CONFIDENCE,
+) -> Interval:
     """The value of a function of the runs, and the half-width of its interval.
 
     Args:
@@ -211,13 +226,15 @@ def jackknife(function, gram, shared=0.0, confidence=CONFIDENCE):
     return value, statistics.half_width(variance + shared, dof, confidence)
 
 
-def each(times, spp):
+def each(times: np.ndarray, spp: np.ndarray) -> float:
     """Time of one more sample of a pixel [s], without what a render takes besides."""
     more = (times[-1] - times[0]) / (spp[-1] - spp[0])
     return more if more > 0 else times[-1] / spp[-1]
 
 
-def reached(target, times, errors, spp, floor=0.0):
+def reached(
+    target: float, times: np.ndarray, errors: np.ndarray, spp: np.ndarray, floor: float = 0.0
+) -> float:
     """Time at which an error curve falls to a target.
 
     Args:

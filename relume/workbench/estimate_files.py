@@ -2,23 +2,27 @@
 
 The file has a part for each level of an `Estimate`: `pixels`, `blocks` and `whole`, each with the
 channels `mean.R` ... `variance.B` in single precision. The first part carries `relume`, a JSON
-object: `runs`, the number of independent pictures, and what the writer tells of them.
+object: `runs`, the number of independent pictures, and what the writer says of them.
 """
+
+from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenEXR
 
+from relume.accumulator import Accumulator
 from relume.output import replacing
-from relume.workbench.statistics import Estimate, Level, block_means, block_sizes
+from relume.workbench.estimates import Estimate, Level, block_means, block_sizes
 
 LEVELS = ("pixels", "blocks", "whole")
 CHANNELS = "RGB"
 
 
-def write(path, estimate, runs, made):
+def write(path: str | Path, estimate: Estimate, runs: int, made: dict[str, Any]) -> None:
     """Write an estimate; a file of that name is replaced when the new one is complete.
 
     Args:
@@ -34,7 +38,7 @@ def write(path, estimate, runs, made):
     height, width = estimate.pixels.mean.shape[:2]
     # All parts of a file share the display window.
     window = (np.zeros(2, np.int32), np.array([width - 1, height - 1], np.int32))
-    parts = []
+    parts: list[OpenEXR.Part] = []
     for name in LEVELS:
         header = {
             "type": OpenEXR.scanlineimage,
@@ -54,7 +58,7 @@ def write(path, estimate, runs, made):
         OpenEXR.File(parts).write(str(temporary))
 
 
-def holds_estimate(path):
+def holds_estimate(path: str | Path) -> bool:
     """Whether a file is an EXR that claims to be of this form."""
     if Path(path).suffix.lower() != ".exr" or not Path(path).is_file():
         return False
@@ -64,7 +68,7 @@ def holds_estimate(path):
         return False
 
 
-def read(path):
+def read(path: str | Path) -> tuple[Estimate, dict[str, Any]]:
     """Read what `write` wrote.
 
     Returns:
@@ -85,7 +89,7 @@ def read(path):
     return Estimate(**levels), made
 
 
-def from_passes(accumulator):
+def from_passes(accumulator: Accumulator) -> Estimate | None:
     """The estimate that the samples of a render make, whose squares its passes keep.
 
     Args:
@@ -104,7 +108,8 @@ def from_passes(accumulator):
     whole = [values.mean(axis=(0, 1), keepdims=True) for values in (mean, variance)]
     each.append((whole[0], whole[1] / sizes.sum()))
     dof = accumulator.observations - 1
-    return Estimate(*(Level(m, v, np.full_like(v, dof)) for m, v in each))
+    pixels, blocks, all_ = (Level(m, v, np.full_like(v, dof)) for m, v in each)
+    return Estimate(pixels, blocks, all_)
 
 
 def _level(part, runs):

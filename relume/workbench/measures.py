@@ -1,9 +1,13 @@
 """Measures of a picture's error against a reference: relMSE, efficiency, HDR-FLIP."""
 
+from __future__ import annotations
+
 import numpy as np
 
+from relume.workbench.estimates import Estimate
 
-def weight(R):
+
+def weight(R: np.ndarray) -> np.ndarray:
     """1 / (R² + 0.01 m²) for each pixel and channel, m being the mean of the picture R.
 
     The second term keeps pixels that are black in the reference from counting without bound. It is
@@ -13,7 +17,7 @@ def weight(R):
     return np.divide(1, denominator, out=np.zeros_like(R), where=denominator > 0)
 
 
-def rel_mse(a, reference):
+def rel_mse(a: Estimate, reference: Estimate) -> tuple[float, float]:
     """Relative mean squared error mean((I - R)² / (R² + 0.01 m²)), and its debiased form.
 
     Args:
@@ -21,15 +25,15 @@ def rel_mse(a, reference):
         reference: `Estimate` of R, with mean m.
 
     Returns:
-        The error as it is, and debiased: the reference's own variance is taken off the square,
-        which leaves bias² + variance of I. It may fall below 0 by chance.
+        The error as it is, and debiased: less the reference's own variance, which leaves bias² +
+        variance of I. It may fall below 0 by chance.
     """
     w = weight(reference.pixels.mean)
     square = (a.pixels.mean - reference.pixels.mean) ** 2
     return float((square * w).mean()), float(((square - reference.pixels.variance) * w).mean())
 
 
-def noise(a, R):
+def noise(a: Estimate, R: np.ndarray) -> float:
     """Relative mean squared error of the noise of an estimate alone, as `rel_mse` weighs it.
 
     Args:
@@ -40,12 +44,12 @@ def noise(a, R):
     return float((a.pixels.variance * weight(R)).mean())
 
 
-def efficiency(mse, seconds):
+def efficiency(mse: float, seconds: float) -> float | None:
     """1 / (MSE · t) [1/s]: the same for any number of samples; None for no noise or no time."""
     return 1 / (mse * seconds) if mse > 0 and seconds > 0 else None
 
 
-def flip(picture, reference):
+def flip(picture: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, float] | None:
     """HDR-FLIP: how visible a difference is when the eye flips between two pictures.
 
     Args:

@@ -7,20 +7,28 @@ stock BSDF instead of our own. A new method is a row of `METHODS`; any other int
 knows is a method by its plugin id.
 """
 
+from __future__ import annotations
+
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import mitsuba as mi
-from relume.translator import media
-from relume.translator.plan import plugin_types
-from relume.translator.scene_values import to_mitsuba
 
 from relume import translator
-from relume.application import integrator_entry, loaded
+from relume.loading import integrator_entry, load_scene
+from relume.options import RenderOptions
 from relume.session import CannotRender, reason
+from relume.translator import Document, Translation, media
+from relume.translator.plan import plugin_types
+from relume.translator.scene_values import to_mitsuba
+from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
 
 MEDIA = {"homogeneous", "heterogeneous"}
+
+Entry: TypeAlias = dict[str, Any]
+"""A dictionary of plain values, as a translation holds it."""
 
 
 @dataclass(frozen=True)
@@ -40,79 +48,79 @@ class Method:
     """
 
     name: str
-    integrator: Callable[[dict], dict]
+    integrator: Callable[[Entry], Entry]
     unbiased: bool = True
-    obstacle: Callable[[translator.Translation], str] = lambda translation: ""
-    document: Callable | None = None
-    scene: Callable[[dict], dict] | None = None
-    chains: dict | None = None
+    obstacle: Callable[[Translation], str] = lambda translation: ""
+    document: Callable[[Document], Document] | None = None
+    scene: Callable[[Entry], Entry] | None = None
+    chains: Entry | None = None
 
 
-def tracer(kind, **parameters):
+def tracer(kind: str, **parameters: Any) -> Callable[[Entry], Entry]:
     """An integrator of type `kind` with the planned depths and parameters of its own."""
 
-    def integrator(planned):
+    def integrator(planned: Entry) -> Entry:
         depths = {"max_depth": planned.get("max_depth", -1), "rr_depth": planned.get("rr_depth", 5)}
         return {"type": kind} | depths | parameters
 
     return integrator
 
 
-def as_planned(planned):
+def as_planned(planned: Entry) -> Entry:
     """The planned integrator: the method differs in what it renders, or in its chains."""
     return planned
 
 
-def walked(planned):
+def walked(planned: Entry) -> Entry:
     """The planned integrator, or for `path` the one that is quicker under chains."""
     return planned | {"type": "dispersivepath"} if planned["type"] == "path" else planned
 
 
-def has_medium(translation):
+def has_medium(translation: Translation) -> bool:
     """Whether a scene has a participating medium."""
     return bool(plugin_types(translation.scene) & MEDIA)
 
 
-def without_medium(translation):
+def without_medium(translation: Translation) -> str:
     """The obstacle of methods that know no media."""
     if has_medium(translation):
         return "it knows no participating media"
     return without_diffusion(translation)
 
 
-def without_diffusion(translation):
+def without_diffusion(translation: Translation) -> str:
     """The obstacle of methods that do not know what the dipole renders."""
     dipole = "subsurface" in translation.plan.plugins
     return "it knows no subsurface scattering by diffusion" if dipole else ""
 
 
-def with_medium(translation):
+def with_medium(translation: Translation) -> str:
     """The obstacle of methods that only media need."""
     return "" if has_medium(translation) else "the scene has no participating medium"
 
 
-def with_dispersion(translation):
+def with_dispersion(translation: Translation) -> str:
     """The obstacle of methods that only dispersive glass needs."""
     spectral = "spectral" in translation.plan.variant
     return "" if spectral else "nothing in the scene is dispersive"
 
 
-def simulated(document):
+def simulated(document: Document) -> Document:
     """The document with its subsurface scattering simulated."""
     return media.with_method(document, dipole=False)
 
 
-def diffused(document):
+def diffused(document: Document) -> Document:
     """The document with its subsurface scattering left to the dipole."""
     return media.with_method(document, dipole=True)
 
 
-def with_diffusion(translation):
+def with_diffusion(translation: Translation) -> str:
     """The obstacle of the simulation that stands in for the dipole."""
     return "" if without_diffusion(translation) else "no object is rendered by the dipole"
 
 
-def with_subsurface(translation):
+def with_subsurface(translation: Translation) -> str:
     """The obstacle of the dipole."""
     if not any(block.reflection.subsurface for block in translation.document.objects):
         return "no object has subsurface scattering"
@@ -120,22 +128,22 @@ def with_subsurface(translation):
     return media.why_simulated(diffused(translation.document), dispersive)
 
 
-def with_ward(translation):
+def with_ward(translation: Translation) -> str:
     """The obstacle of methods that replace Ward's reflection."""
     return "" if "ward" in translation.plan.plugins else "the scene has no Ward surface"
 
 
-def with_plain_glass(translation):
+def with_plain_glass(translation: Translation) -> str:
     """The obstacle of methods that replace `schlickglass` by stock glass of one index."""
     if "schlickglass" not in translation.plan.plugins:
         return "the scene has no glass"
     return "" if with_dispersion(translation) else "stock glass knows no dispersion"
 
 
-def replaced(change):
+def replaced(change: Callable[[Entry], Entry]) -> Callable[[Any], Any]:
     """A scene whose nested dictionaries are what `change` makes of them, innermost first."""
 
-    def scene(value):
+    def scene(value: Any) -> Any:
         if not isinstance(value, dict):
             return value
         return change({key: scene(item) for key, item in value.items()})
@@ -143,17 +151,17 @@ def replaced(change):
     return scene
 
 
-def stock_glass(entry):
+def stock_glass(entry: Entry) -> Entry:
     """`dielectric`, with Fresnel's own formulas, instead of `schlickglass`."""
     return entry | {"type": "dielectric"} if entry.get("type") == "schlickglass" else entry
 
 
-def balanced_ward(entry):
+def balanced_ward(entry: Entry) -> Entry:
     """The form of `ward` with a bounded albedo instead of that of 1992."""
     return entry | {"variant": "balanced"} if entry.get("type") == "ward" else entry
 
 
-def without_parts(translation):
+def with_separate_direct_light(translation: Translation) -> str:
     """The obstacle of chains that leave direct light to plain sampling."""
     integrator = paths_of(translation.scene["integrator"])
     while "integrator" in integrator:
@@ -205,7 +213,7 @@ METHODS = (
     Method(
         "pssmlt-direct",
         walked,
-        obstacle=without_parts,
+        obstacle=with_separate_direct_light,
         chains={"type": "pssmlt", "direct_samples": 0.2},
     ),
     Method("pssmlt-kelemen", walked, chains={"type": "pssmlt", "mutation": "kelemen"}),
@@ -216,7 +224,7 @@ METHODS = (
 """All methods; the command line, charts and studies take them from here."""
 
 
-def find(name):
+def find(name: str) -> Method:
     """The method of a name: a row of `METHODS`, or the integrator of that plugin id.
 
     Of an integrator that has no row nothing is known: it counts as biased.
@@ -227,12 +235,20 @@ def find(name):
     return Method(name, lambda planned: integrator_entry(name, planned), unbiased=False)
 
 
-def methods_for(translation):
+def methods_for(translation: Translation) -> list[Method]:
     """The rows of `METHODS` that can render a scene."""
     return [row for row in METHODS if not row.obstacle(translation)]
 
 
-def planned(translation):
+def chosen(translation: Translation, names: Iterable[str]) -> list[Method]:
+    """The methods of these names; all that can render a scene if there are none."""
+    if names:
+        return [find(name) for name in dict.fromkeys(names)]
+    plan, rows = planned(translation), methods_for(translation)
+    return rows if plan.name in {row.name for row in rows} else [plan, *rows]
+
+
+def planned(translation: Translation) -> Method:
     """The method that the plan chose, with all its parameters."""
     integrator = translation.scene["integrator"]
     if "paths" in integrator:
@@ -241,19 +257,19 @@ def planned(translation):
     return dataclasses.replace(find(innermost(integrator)["type"]), integrator=as_planned)
 
 
-def paths_of(integrator):
+def paths_of(integrator: Entry) -> Entry:
     """The integrator that traces paths: of a Metropolis integrator the one that it takes."""
     return integrator.get("paths", integrator)
 
 
-def innermost(integrator):
+def innermost(integrator: Entry) -> Entry:
     """The dictionary of the integrator that all others are wrapped around."""
     while "integrator" in integrator:
         integrator = integrator["integrator"]
     return integrator
 
 
-def with_innermost(integrator, other):
+def with_innermost(integrator: Entry, other: Entry) -> Entry:
     """An integrator's dictionary with another innermost one."""
     if "integrator" not in integrator:
         return other
@@ -268,18 +284,18 @@ class Stage:
     Args:
         document: the document.
         translation: its translation.
-        dialect: `manual` or `prender`.
-        asset_path: folders of its files.
+        options: with which it was translated.
     """
 
-    def __init__(self, document, translation, dialect="manual", asset_path=()):
+    def __init__(
+        self, document: Document, translation: Translation, options: RenderOptions | None = None
+    ) -> None:
         self.document = document
         self.translation = translation
-        self.dialect = dialect
-        self.asset_path = asset_path
-        self._loaded = {}
+        self.options = options or RenderOptions()
+        self._loaded: dict[Any, MitsubaScene] = {}
 
-    def translated(self, method):
+    def translated(self, method: Method) -> Translation:
         """The translation as a method renders it.
 
         Raises:
@@ -289,7 +305,8 @@ class Stage:
         result = self.translation
         if method.document is not None:
             changed = method.document(self.document)
-            result = translator.translate(changed, self.dialect, self.asset_path)
+            options = self.options
+            result = translator.translate(changed, options.dialect, options.asset_path)
             if result.plan.variant != self.translation.plan.variant:
                 raise CannotRender(f"{method.name} needs the variant {result.plan.variant}")
         scene = method.scene(result.scene) if method.scene else result.scene
@@ -299,7 +316,7 @@ class Stage:
             integrator = method.chains | {"paths": integrator}
         return dataclasses.replace(result, scene=scene | {"integrator": integrator})
 
-    def load(self, method):
+    def load(self, method: Method) -> tuple[MitsubaScene, MitsubaIntegrator]:
         """The scene and the integrator of a method, loaded.
 
         Returns:
@@ -316,5 +333,5 @@ class Stage:
             raise CannotRender(f"integrator '{method.name}': {reason(error)}") from None
         key = (method.document, method.scene)
         if key not in self._loaded:
-            self._loaded[key] = loaded(translation)
+            self._loaded[key] = load_scene(translation)
         return self._loaded[key], integrator

@@ -5,15 +5,18 @@ Its name in the cache is a hash of the translated scene with the contents of its
 and the versions of what renders it: what is found under that name is the picture of that scene.
 """
 
-import os
-import sys
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from relume import plugins
+from relume import cache, plugins
 from relume.fingerprint import content_hash, file_hash, versions
 from relume.session import CannotRender
-from relume.workbench import estimate_files, measures, renders, statistics
+from relume.translator import Translation
+from relume.workbench import estimate_files, estimates, measures, methods, renders
+from relume.workbench.scenes import Progress
 
 RUNS = 32
 """Independent renders of a reference."""
@@ -26,20 +29,28 @@ class Reference:
     """What is known of the picture that a scene should give.
 
     Attributes:
-        estimate: `statistics.Estimate`.
+        estimate: `estimates.Estimate`.
         about: `key`, `method`, `spp` of each run, `runs`, `seed`, `seconds`, `versions`.
     """
 
-    estimate: statistics.Estimate
-    about: dict
+    estimate: estimates.Estimate
+    about: dict[str, Any]
 
     @property
-    def noise(self):
+    def noise(self) -> float:
         """Relative mean squared error of the reference itself: below it nothing can be seen."""
         return measures.noise(self.estimate, self.estimate.pixels.mean)
 
 
-def reference(stage, method, spp, folder, *, seed=0, watch=None):
+def reference(
+    stage: methods.Stage,
+    method: methods.Method,
+    spp: int,
+    folder: str | Path,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Reference:
     """The reference of a scene: from the cache, or rendered and put there.
 
     Args:
@@ -48,8 +59,8 @@ def reference(stage, method, spp, folder, *, seed=0, watch=None):
         spp: samples of a pixel, in all runs together, that it has at least.
         folder: of the cache.
         seed: non-negative integer; a cached reference of any seed will do.
-        watch: called with the number of runs done and of all runs; rendering stops if it returns
-            True. What was rendered then is used but not kept.
+        progress: called with the number of runs done and of all runs; rendering stops if it
+            returns True. What was rendered then is used but not kept.
 
     Returns:
         `Reference`.
@@ -63,23 +74,29 @@ def reference(stage, method, spp, folder, *, seed=0, watch=None):
     found = cached(path, key)
     if found and found.about["spp"] * found.about["runs"] >= spp:
         return found
-    made = rendered(stage, method, -(-spp // RUNS), seed, watch)
+    made = rendered(stage, method, -(-spp // RUNS), seed, progress)
     made.about["key"] = key
     if made.about["runs"] == RUNS:
         estimate_files.write(path, made.estimate, RUNS, made.about)
     return made
 
 
-def rendered(stage, method, spp, seed, watch=None):
+def rendered(
+    stage: methods.Stage,
+    method: methods.Method,
+    spp: int,
+    seed: int,
+    progress: Progress | None = None,
+) -> Reference:
     """Render a reference of `RUNS` runs of `spp` samples of a pixel; as `reference`."""
     scene, integrator = stage.load(method)
-    runs, seconds = statistics.Runs(), 0.0
+    runs, seconds = estimates.Runs(), 0.0
     for run in range(RUNS):
         own = renders.own_seed(seed, renders.REFERENCE, run)
         done = renders.render(scene, integrator, spp, own)
         runs.add(done.picture)
         seconds += done.wall
-        if watch and watch(run + 1, RUNS):
+        if progress and progress(run + 1, RUNS):
             break
     if runs.count < FEWEST_RUNS:
         raise CannotRender(f"stopped after {runs.count} of {RUNS} runs of the reference")
@@ -89,7 +106,7 @@ def rendered(stage, method, spp, seed, watch=None):
     return Reference(runs.estimate(), about | {"seconds": seconds, "versions": versions()})
 
 
-def cached(path, key):
+def cached(path: Path, key: str) -> Reference | None:
     """The reference in a file of the cache; None if there is none or it is not sound."""
     if not path.is_file():
         return None
@@ -100,26 +117,19 @@ def cached(path, key):
     return Reference(estimate, about) if about.get("key") == key else None
 
 
-def cache_folder():
+def cache_folder() -> Path:
     """The user's folder for references; it may be deleted at any time."""
-    home = Path.home()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "relume" / "references"
+    return cache.folder() / "references"
 
 
-def content_key(translation):
+def content_key(translation: Translation) -> str:
     """The name of the picture of a translated scene: 32 hexadecimal digits."""
     made_by = [versions(), plugin_sources(), translation.plan.variant]
     return content_hash([*made_by, translation.scene])
 
 
-def plugin_sources():
+def plugin_sources() -> dict[str, str]:
     """Hashes of the source files of relume's plugins, by name."""
-    folders = [Path(package.__file__).parent for package in plugins.PACKAGES]
+    folders = [Path(package.__path__[0]) for package in plugins.PACKAGES]
     files = sorted(file for folder in folders for file in folder.rglob("*.py"))
     return {f"{file.parent.name}/{file.name}": file_hash(file) for file in files}

@@ -1,7 +1,10 @@
 """Short independent renders of a loaded scene, timed."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -9,6 +12,12 @@ from relume.session import Session
 
 COMPARE, CHART, REFERENCE = range(3)
 """Purposes: the same seed gives other random numbers to each."""
+
+MitsubaScene: TypeAlias = Any
+"""`mi.Scene` of the variant in use."""
+
+MitsubaIntegrator: TypeAlias = Any
+"""`mi.Integrator` of the variant in use."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +35,7 @@ class Render:
     cpu: float
 
 
-def own_seed(seed, *place):
+def own_seed(seed: int, *place: int) -> int:
     """A seed of 64 bits that belongs to this place alone.
 
     Args:
@@ -37,7 +46,7 @@ def own_seed(seed, *place):
     return int(sequence.generate_state(1, np.uint64)[0])
 
 
-def render(scene, integrator, spp, seed):
+def render(scene: MitsubaScene, integrator: MitsubaIntegrator, spp: int, seed: int) -> Render:
     """Render a picture.
 
     Args:

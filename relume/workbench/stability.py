@@ -1,49 +1,161 @@
 """`relume stability`: every method at the inputs where it may fail, against known answers.
 
-A cell (see `stability_cells`, which tells how to add one) is rendered by `RUNS` independent runs;
-if these cannot see an error of `stability_verdict.WANTED`, by more, up to `MOST_RUNS`. When to
-stop depends on the scatter alone. A failure that nothing says, neither a note of the translation
-nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
+A cell (see `cells`, which says how to add one) is rendered by `RUNS` independent runs; if these
+cannot see an error of `stability_verdict.WANTED`, by more, up to `stability_runs.MOST_RUNS`. When
+to stop depends on the scatter alone. A failure that nothing announces, neither a note of the
+translation nor a warning nor a refusal, is `silent`, and makes the command end with status 4.
 """
 
-import math
+from __future__ import annotations
+
+import dataclasses
 import shlex
-import tempfile
-import time
-import warnings
-import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
-import mitsuba as mi
 import numpy as np
-from relume.translator.diagnostics import SceneError
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
 from rich.table import Table
 from rich.text import Text
 
 from relume import translator
-from relume.application import usable_variant
+from relume.loading import SceneSource, document_of, resized
+from relume.options import RenderOptions
 from relume.output import check_writable
 from relume.rendering import interruptible
-from relume.session import CannotRender, Session, reason, two_threads, use_threads, variant
-from relume.workbench import stability_page as page
+from relume.translator import Document
+from relume.workbench import methods as method_table
+from relume.workbench import pages, stability_page
+from relume.workbench.cells import Case, Cell, Family, all_cells
 from relume.workbench.comparison import versions
-from relume.workbench.methods import METHODS, Stage, find, planned
-from relume.workbench.stability_cells import Case, all_cells
-from relume.workbench.stability_verdict import WANTED, Measurement, Tally
+from relume.workbench.scenes import (
+    Progress,
+    name_of,
+    reduced,
+    refuse,
+    repeated,
+)
+from relume.workbench.stability_runs import RUNS, measure
+from relume.workbench.stability_verdict import Measurement
 
-RUNS = 16
-"""Independent renders of a cell, at least."""
+SPP = 16
+"""Samples of a pixel in a run of a given scene."""
 
-MOST_RUNS = 256
-"""Runs of a cell after which none is added."""
+GIVEN_BY_CELLS = {
+    field.name: "the cells of the grid have their own; name a scene to choose it"
+    for field in dataclasses.fields(RenderOptions)
+    if field.name != "seed"
+}
+"""Options that the grid does not take, with the reason."""
 
-LIMITS = ("single precision", "below the horizon", "roulette leaves noise", "roulette ends")
-"""Words of notes on translated lines that tell of a limit of the renderer."""
+MOST_SHOWN = 20
+"""Cells that are not exact which a notebook lists."""
 
 
-def chosen(methods=(), patterns=()):
+@dataclass(frozen=True)
+class Stability:
+    """What was measured of some cells.
+
+    Attributes:
+        results: each cell with its measurement.
+        settings: the command and the versions, as JSON values.
+    """
+
+    results: tuple[tuple[Cell, Measurement], ...]
+    settings: dict[str, Any]
+
+    @property
+    def silent(self) -> bool:
+        """Whether a cell fails and nothing says so."""
+        return any(found.silent for _, found in self.results)
+
+    def report(self) -> dict[str, Any]:
+        """All of it as JSON values."""
+        return self.settings | {"cells": [report(*result) for result in self.results]}
+
+    def verdict(self) -> str:
+        """How many cells have which verdict, in words."""
+        counts = stability_page.counted(self.report()["cells"])
+        cells = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+        count = len(self.results)
+        return f"{count} {'cell' if count == 1 else 'cells'}: {cells}"
+
+    def __repr__(self) -> str:
+        return f"<Stability: {self.verdict()}>"
+
+    def _repr_png_(self) -> bytes:
+        return stability_page.heat_map(self.report()["cells"])
+
+    def _repr_html_(self) -> str:
+        cells = self.report()["cells"]
+        table = (stability_page.SUMMARY_HEAD, stability_page.summary(cells))
+        departures = [line for line, _ in described(cells)]
+        shown, left = departures[:MOST_SHOWN], len(departures) - MOST_SHOWN
+        more = [f"and {left} more"] if left > 0 else []
+        return pages.summary(
+            "Stability", self.verdict(), not self.silent, self._repr_png_(), [table], shown + more
+        )
+
+
+def stability(
+    scene: SceneSource | None = None,
+    options: RenderOptions | None = None,
+    *,
+    expected: float | Sequence[float] | None = None,
+    methods: Sequence[str] = (),
+    cells: Sequence[str] = (),
+    progress: Progress | None = None,
+    **changes: Any,
+) -> Stability:
+    """Measure methods against known answers: at the cells of the grid, or in a scene.
+
+    Args:
+        scene: a scene file, or what `relume.read` returned; without one, cells of the grid are
+            measured (see `cells`).
+        options: how the scene is rendered; by default its longer side is at most 160 pixels, with
+            `SPP` samples of a pixel in each run. The grid takes `seed` alone. The same seed gives
+            the same measurement.
+        expected: mean radiance of the scene's picture, one number or one for each channel.
+        methods: of a scene, names of methods (see the module `methods`) or plugin ids of
+            integrators, by default all that can render it; of the grid, plugin ids that have cells,
+            by default all.
+        cells: patterns of names of the grid's cells without the method, as `fnmatch` knows them;
+            by default all.
+        progress: called with the cells done and all cells; True stops, and what is done is kept.
+        changes: fields of `options` by name.
+
+    Raises:
+        SceneError: errors of the file, and missing files.
+        ValueError: an option that has no meaning here, a method without cells, or no cell matches.
+    """
+    options = RenderOptions.of(options, **changes)
+    if scene is None:
+        if expected is not None:
+            raise ValueError("expected: name the scene that has this mean radiance")
+        refuse(options, GIVEN_BY_CELLS)
+        to_measure = chosen(methods, cells)
+        words = ["relume", "stability", *repeated("--method", methods), *repeated("--cell", cells)]
+        command = shlex.join([*words, "--seed", str(options.seed)])
+    else:
+        if cells:
+            raise ValueError("cells: patterns choose cells of the grid, not of a scene")
+        document = document_of(scene)
+        to_measure = cells_of(document, options, expected, methods)
+        command = f"relume.stability({name_of(document)!r}, expected={expected})"
+    results: list[tuple[Cell, Measurement]] = []
+    for cell in to_measure:
+        results.append((cell, measure(cell, options.seed)))
+        if progress and progress(len(results), len(to_measure)):
+            break
+    return Stability(tuple(results), {"command": command, "versions": versions()})
+
+
+def chosen(methods: Sequence[str] = (), patterns: Sequence[str] = ()) -> list[Cell]:
     """The cells of the given methods whose name matches one of the patterns.
 
     Args:
@@ -70,102 +182,34 @@ def chosen(methods=(), patterns=()):
     return found
 
 
-def measure(cell, seed=0):
-    """Measure one cell.
+def cells_of(
+    document: Document,
+    options: RenderOptions,
+    expected: float | Sequence[float] | None,
+    methods: Sequence[str],
+) -> list[Cell]:
+    """A cell for each method that renders a given scene.
 
-    Args:
-        cell: `stability_cells.Cell`.
-        seed: non-negative integer; the same seed gives the same measurement.
-
-    Returns:
-        `stability_verdict.Measurement`.
+    Raises:
+        ValueError: `expected` is missing or no radiance, or an integrator is among the options.
     """
-    with variant(Case.variant):
-        case = cell.family.make(cell.value)
-    render = _rendered_text if isinstance(case.scene, str) else _rendered_dictionary
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            return render(case, cell, (seed, zlib.crc32(cell.name.encode())), caught)
-        except (SceneError, CannotRender, ValueError) as error:
-            said = error.described() if isinstance(error, SceneError) else [str(error)]
-            return Measurement(said="; ".join(said), refused=True)
-
-
-def _rendered_text(case, cell, seed, caught):
-    document = translator.read_text(case.scene, cell.name, {})
-    with tempfile.TemporaryDirectory() as folder:
-        with two_threads():
-            for name, pixels in case.files.items():
-                mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
-        translation = translator.translate(document, asset_path=(folder,))
-        notes = [
-            report.note
-            for report in translation.document.lines.all
-            if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
-        ]
-        with variant(usable_variant(translation.plan)):
-            use_threads(translation.document.thread)
-            method = find(cell.method) if renders(cell.method) else planned(translation)
-            stage = Stage(document, translation, asset_path=(folder,))
-            return _measured(*stage.load(method), case, seed, (notes, caught))
-
-
-def _rendered_dictionary(case, cell, seed, caught):
-    with variant(case.variant):
-        use_threads(None)
-        entries = dict(case.scene)
-        if renders(cell.method):
-            entries["integrator"] = entries["integrator"] | {"type": cell.method}
-        try:
-            scene = mi.load_dict(entries)
-        except RuntimeError as error:
-            raise CannotRender(reason(error)) from error
-        return _measured(scene, scene.integrator(), case, seed, ([], caught))
-
-
-def renders(method):
-    """Whether a cell's method is an integrator or another row of `METHODS`."""
-    if any(row.name == method for row in METHODS):
-        return True
-    try:
-        return isinstance(mi.load_dict({"type": method}), mi.Integrator)
-    except RuntimeError:
-        return False
-
-
-def _measured(scene, integrator, case, seed, said):
-    """The `Measurement` of a loaded scene; `said` are notes and the list of caught warnings."""
-    scale = np.max(case.expected) if case.scale is None else case.scale
-    tally = Tally(case.expected, scale)
-    start = time.perf_counter()
-    wanted = RUNS
-    while True:
-        for run in range(len(tally.means), wanted):
-            own = np.random.SeedSequence((*seed, run)).generate_state(1, np.uint64)
-            session = Session(scene, case.spp, int(own[0]), integrator)
-            for _ in session.run():
-                pass
-            tally.add(session.image())
-        notes, caught = said
-        texts = [*notes, *(str(warning.message) for warning in caught)]
-        # A line's note may be several, and lines may share them.
-        told = list(dict.fromkeys(part for text in texts for part in text.split("; ")))
-        if mi.is_spectral and tally.negative:
-            told.append("colours that RGB cannot hold")  # as `relume render` says of its picture
-        found = tally.measurement(
-            samples=len(tally.means) * case.spp * session.width * session.height,
-            seconds=time.perf_counter() - start,
-            said="; ".join(told),
+    answer = np.asarray(np.nan if expected is None else expected, float)
+    if answer.shape not in ((), (3,)) or not (np.isfinite(answer) & (answer >= 0)).all():
+        raise ValueError(
+            f"expected {expected}: the mean radiance of the picture, one number or three"
         )
-        if found.sees <= WANTED or wanted == MOST_RUNS or found.not_finite:
-            return found
-        # The variance of a mean falls with the number of runs.
-        ratio = max(1.3, 1.1 * (found.sees / WANTED) ** 2)
-        wanted = min(math.ceil(wanted * ratio), MOST_RUNS)
+    refuse(options, {"integrator": "the integrators are the methods"})
+    spp = SPP if options.spp is None else options.spp
+    document = resized(document, options.size or reduced(document.image), spp * RUNS)
+    translation = translator.translate(document, options.dialect, options.asset_path)
+    case = Case(document, answer.tolist(), answer.max() or 1.0, spp=spp, options=options)
+    names = tuple(method.name for method in method_table.chosen(translation, methods))
+    name = Path(name_of(document)).stem
+    row = Family(name, "", "As it was given.", lambda _: case, ("as given",), names)
+    return [Cell(row, value, method) for method in names for value in row.values]
 
 
-def report(cell, found):
+def report(cell: Cell, found: Measurement) -> dict[str, Any]:
     """A cell and its measurement as JSON values."""
     return {
         "method": cell.method,
@@ -188,61 +232,59 @@ def report(cell, found):
     }
 
 
-def run(console, *, methods=(), patterns=(), out=None, seed=0):
-    """Measure cells with progress; Ctrl-C keeps those measured so far.
+def run(console: Console, *, out: str | Path | None = None, **arguments: Any) -> Stability:
+    """Measure with a progress bar; Ctrl-C keeps the cells measured so far.
 
     Args:
-        console: `rich.console.Console` for the progress.
-        methods: as `chosen`.
-        patterns: as `chosen`.
+        console: for the progress bar.
         out: folder for `stability.md` and `stability.png`, or None.
-        seed: as `measure`.
-
-    Returns:
-        The report as JSON values.
+        arguments: as `stability`.
 
     Raises:
-        ValueError: as `chosen`.
-        OutputError: the folder cannot be written.
+        OutputError: the folder cannot be written; and what `stability` raises.
     """
-    cells = chosen(methods, patterns)
     if out is not None:
         check_writable(Path(out, "stability.md"))
     columns = (TextColumn("cell"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
     quiet = not console.is_terminal
-    done = []
     with (
-        Progress(*columns, console=console, transient=True, disable=quiet) as bar,
+        Bar(*columns, console=console, transient=True, disable=quiet) as bar,
         interruptible() as stop,
     ):
-        task = bar.add_task("stability", total=len(cells))
-        for cell in cells:
-            done.append(report(cell, measure(cell, seed)))
-            bar.update(task, advance=1)
-            if stop:
-                break
-    words = ["relume", "stability"]
-    for option, values in (("--method", methods), ("--cell", patterns)):
-        words += [word for value in values for word in (option, value)]
-    words += ["--seed", str(seed)]
-    found = {"command": shlex.join(words), "versions": versions(), "cells": done}
+        task = bar.add_task("stability", total=None)
+
+        def progress(done: int, of: int) -> bool:
+            bar.update(task, completed=done, total=of)
+            return bool(stop)
+
+        found = stability(progress=progress, **arguments)
     if out is not None:
-        page.heat_map(done, Path(out, "stability.png"))
-        Path(out, "stability.md").write_text(page.markdown(found, "stability.png"), "utf-8")
+        written = found.report()
+        Path(out, "stability.png").write_bytes(stability_page.heat_map(written["cells"]))
+        page = stability_page.markdown(written, "stability.png")
+        Path(out, "stability.md").write_text(page, "utf-8")
     return found
 
 
-def print_report(found, console):
-    """Print the count of verdicts of each method, and every cell that is not exact."""
-    table = Table(box=None, padding=(0, 2), header_style="bold")
-    for column, name in enumerate(page.SUMMARY_HEAD):
-        table.add_column(name, justify="right" if column else "left")
-    for row in page.summary(found["cells"]):
-        table.add_row(*row)
-    console.print(table)
-    for cell in found["cells"]:
+def described(cells: Sequence[dict[str, Any]]) -> list[tuple[str, bool]]:
+    """Of every cell that is not exact, what was found in words, and whether it fails silently."""
+    lines = []
+    for cell in cells:
         if cell["verdict"] != "exact":
             name = f"{cell['method']}/{cell['family']}/{cell['at']}"
             said = f" ({cell['said']})" if cell["said"] else ""
-            style = "red" if cell["silent"] else ""
-            console.print(Text(f"{name}: {cell['text']}{said}", style=style), soft_wrap=True)
+            lines.append((f"{name}: {cell['text']}{said}", cell["silent"]))
+    return lines
+
+
+def print_report(found: Stability, console: Console) -> None:
+    """Print the count of verdicts of each method, and every cell that is not exact."""
+    cells = found.report()["cells"]
+    table = Table(box=None, padding=(0, 2), header_style="bold")
+    for column, name in enumerate(stability_page.SUMMARY_HEAD):
+        table.add_column(name, justify="right" if column else "left")
+    for row in stability_page.summary(cells):
+        table.add_row(*row)
+    console.print(table)
+    for line, silent in described(cells):
+        console.print(Text(line, style="red" if silent else ""), soft_wrap=True)

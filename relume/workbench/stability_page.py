@@ -1,20 +1,33 @@
 """The figures of a stability report: a heat map for each method, and tables in Markdown."""
 
+from __future__ import annotations
+
 import io
 import math
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeAlias
 
 from PIL import Image
 
+from relume.workbench import pages
 from relume.workbench.stability_verdict import FALSE_ALARMS, LIMIT, NEGLIGIBLE, POWER, WANTED
+
+CellReport: TypeAlias = dict[str, Any]
+"""A cell and its measurement, as `stability.report` gives it."""
+
+Families: TypeAlias = dict[str, list[CellReport]]
 
 ROW, LABEL, SQUARE = 0.22, 4.1, 0.55
 """Height of a row, width of its label and of a square [inch]."""
+
+LEGEND_WIDTH = 1.5
+"""Of an entry of the legend [inch]."""
 
 COLUMNS = 2
 """Columns of heat maps."""
 
 
-def color(cell):
+def color(cell: CellReport) -> tuple[float, float, float]:
     """Colour of a cell: green, yellow to orange by the size of the error, red, or grey if said."""
     if cell["verdict"] == "exact":
         return (0.62, 0.82, 0.62)
@@ -28,7 +41,7 @@ def color(cell):
     return (1.0, 0.95 - 0.45 * depth, 0.55 - 0.45 * depth)
 
 
-LEGEND = (
+LEGEND: tuple[tuple[str, CellReport], ...] = (
     ("exact", {"verdict": "exact"}),
     ("off by 0.2 %", {"verdict": "degrades", "error": 0.002, "half_width": 0}),
     ("off by 4 %", {"verdict": "degrades", "error": 0.04, "half_width": 0}),
@@ -38,23 +51,22 @@ LEGEND = (
 )
 
 
-def grouped(cells):
+def grouped(cells: Iterable[CellReport]) -> dict[str, Families]:
     """Cells by method and family: {method: {family: [cell, ...]}}, in their order."""
-    result = {}
+    result: dict[str, Families] = {}
     for cell in cells:
         result.setdefault(cell["method"], {}).setdefault(cell["family"], []).append(cell)
     return result
 
 
-def heat_map(cells, path):
+def heat_map(cells: Sequence[CellReport]) -> bytes:
     """Draw the heat maps of all methods into one PNG.
 
     Args:
         cells: the `cells` of a report.
-        path: file to write.
 
-    Raises:
-        ModuleNotFoundError: matplotlib is not installed.
+    Returns:
+        The contents of the file.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -64,7 +76,7 @@ def heat_map(cells, path):
         max(len(row) for _, families in blocks for row in families.values()) for blocks in columns
     ]
     heights = [sum(len(families) + 2 for _, families in blocks) for blocks in columns]
-    width = sum(LABEL + SQUARE * n + 0.3 for n in widest)
+    width = max(sum(LABEL + SQUARE * n + 0.3 for n in widest), LEGEND_WIDTH * len(LEGEND) + 0.2)
     height = ROW * (max(heights) + 2)
     figure = Figure(figsize=(width, height), dpi=80)
     FigureCanvasAgg(figure)
@@ -73,19 +85,22 @@ def heat_map(cells, path):
     axes.axis("off")
     x = 0.1
     for k, (name, look) in enumerate(LEGEND):
-        _square(axes, x + 1.5 * k, ROW / 4, 1.45, name, color(look))
+        _square(axes, x + LEGEND_WIDTH * k, ROW / 4, LEGEND_WIDTH - 0.05, name, color(look))
     for blocks, squares in zip(columns, widest, strict=True):
         _blocks(axes, blocks, x)
         x += LABEL + SQUARE * squares + 0.3
     drawn = io.BytesIO()
     figure.savefig(drawn)
-    Image.open(drawn).convert("RGB").quantize(64).save(path, format="PNG", optimize=True)
+    encoded = io.BytesIO()
+    Image.open(drawn).convert("RGB").quantize(64).save(encoded, format="PNG", optimize=True)
+    return encoded.getvalue()
 
 
-def _columns(methods):
+def _columns(methods: dict[str, Families]) -> list[list[tuple[str, Families]]]:
     """Methods in columns of about equal height, in their order: lists of (method, families)."""
     rows = sum(len(families) + 2 for families in methods.values())
-    columns, filled = [[]], 0
+    columns: list[list[tuple[str, Families]]] = [[]]
+    filled = 0.0
     for method, families in methods.items():
         if len(columns) < COLUMNS and filled >= rows / COLUMNS:
             columns.append([])
@@ -95,7 +110,7 @@ def _columns(methods):
     return columns
 
 
-def _blocks(axes, blocks, x):
+def _blocks(axes: Any, blocks: list[tuple[str, Families]], x: float) -> None:
     y = 1.5 * ROW
     for method, families in blocks:
         y += 1.2 * ROW
@@ -108,7 +123,7 @@ def _blocks(axes, blocks, x):
         y += 0.8 * ROW
 
 
-def _square(axes, x, y, width, text, face):
+def _square(axes: Any, x: float, y: float, width: float, text: str, face: Any) -> None:
     from matplotlib.patches import Rectangle
 
     axes.add_patch(Rectangle((x, y), width, ROW, facecolor=face, edgecolor="white", linewidth=1))
@@ -116,48 +131,36 @@ def _square(axes, x, y, width, text, face):
     axes.text(x + width / 2, y + 0.68 * ROW, text, fontsize=7, ha="center", color=ink)
 
 
-def markdown(report, picture):
+def markdown(report: dict[str, Any], picture: str) -> str:
     """The report as a page.
 
     Args:
-        report: what `stability.run` returned.
+        report: what `Stability.report` returned.
         picture: file name of the heat map.
     """
     cells = report["cells"]
-    lines = [
-        "# Stability",
-        "",
-        f"Made by `{report['command']}` with Mitsuba {report['versions']['mitsuba']} and Dr.Jit"
-        f" {report['versions']['drjit']}; `make study-stability` makes this page of all cells.",
-        "",
-        "Every method is rendered at the inputs where it may fail, in scenes whose mean radiance is"
-        " known. A cell is *exact* where the error lies within its noise"
-        f" ({100 * (1 - FALSE_ALARMS):g} % interval) or below {100 * NEGLIGIBLE:g} %, and an error"
-        f" of {100 * WANTED:g} % would be seen with {100 * POWER:g} % probability. It *fails* where"
-        f" the error is above {100 * LIMIT:g} %, a value is not finite or negative, or the scene is"
-        " refused; a failure is *silent* if no note of the translation, warning or refusal says so."
-        " Between the two it *degrades*, by an error or by noise that hides one of"
-        f" {100 * WANTED:g} %.",
-        "",
-        f"![A square for each cell]({picture})",
-        "",
-        *_summary(cells),
-        "",
-        "## What is not exact",
-        "",
-        *_departures(cells),
-        "",
-        "## The scenes and their answers",
-        "",
-        *_answers(cells),
-    ]
-    return "\n".join(lines) + "\n"
+    return pages.filled(
+        "stability.md",
+        report=report,
+        picture=picture,
+        head=SUMMARY_HEAD,
+        rows=summary(cells),
+        departures=[cell for cell in cells if cell["verdict"] != "exact"],
+        families={cell["family"]: cell for cell in cells}.values(),
+        percent={
+            "confidence": f"{100 * (1 - FALSE_ALARMS):g}",
+            "negligible": f"{100 * NEGLIGIBLE:g}",
+            "wanted": f"{100 * WANTED:g}",
+            "power": f"{100 * POWER:g}",
+            "limit": f"{100 * LIMIT:g}",
+        },
+    )
 
 
 VERDICTS = ("exact", "degrades", "fails, says so", "fails silently")
 
 
-def counted(cells):
+def counted(cells: Iterable[CellReport]) -> dict[str, int]:
     """How many cells have each of `VERDICTS`."""
     counts = dict.fromkeys(VERDICTS, 0)
     for cell in cells:
@@ -168,7 +171,7 @@ def counted(cells):
     return counts
 
 
-def summary(cells):
+def summary(cells: Iterable[CellReport]) -> list[list[str]]:
     """Rows of text for each method: its name, the counts, the smallest visible error at worst."""
     rows = []
     for method, families in grouped(cells).items():
@@ -180,28 +183,3 @@ def summary(cells):
 
 
 SUMMARY_HEAD = ["method", "cells", *VERDICTS, "exact cells see at least"]
-
-
-def _summary(cells):
-    return [_row(SUMMARY_HEAD), _row(["---"] * len(SUMMARY_HEAD)), *map(_row, summary(cells))]
-
-
-def _departures(cells):
-    yield _row(["method", "scene", "at", "verdict", "largest pixel", "what says so"])
-    yield _row(["---"] * 6)
-    for cell in cells:
-        if cell["verdict"] != "exact":
-            firefly = f"{cell['firefly']:.3g}"
-            said = "" if cell["verdict"] == "degrades" and not cell["said"] else cell["said"]
-            yield _row(
-                [cell["method"], cell["family"], cell["at"], cell["text"], firefly, said or "-"]
-            )
-
-
-def _answers(cells):
-    for family, cell in {cell["family"]: cell for cell in cells}.items():
-        yield f"- **{family}** ({cell['quantity']}). {cell['answer']}"
-
-
-def _row(values):
-    return "| " + " | ".join(str(value).replace("|", "\\|") for value in values) + " |"

@@ -9,10 +9,14 @@ comes from the scatter of independent runs. A cell is
   and where the scene is refused;
 - `degrades` else: by an error up to `LIMIT`, or by noise that hides errors above `WANTED`.
 
-An exact method is told to be anything else with the probability `FALSE_ALARMS` for each cell.
+An exact method is given another verdict with the probability `FALSE_ALARMS` for each cell.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +66,7 @@ class Measurement:
     refused: bool = False
 
     @property
-    def verdict(self):
+    def verdict(self) -> str:
         """`exact`, `degrades` or `fails`."""
         if self.refused or self.not_finite or self.negative:
             return "fails"
@@ -71,11 +75,11 @@ class Measurement:
         return "exact" if self.sees <= WANTED else "degrades"
 
     @property
-    def silent(self):
+    def silent(self) -> bool:
         """Whether it fails and nothing says so."""
         return self.verdict == "fails" and not self.said
 
-    def text(self):
+    def text(self) -> str:
         """The verdict in words."""
         if self.refused:
             return "fails: refused"
@@ -90,22 +94,22 @@ class Measurement:
         return f"{self.verdict}: {interval}"
 
 
-class Tally:
-    """Collects the runs of a cell.
+class RunStatistics:
+    """The mean radiances of a cell's runs, and what is wrong with their values.
 
     Args:
         expected: known mean, a number or three.
-        scale: radiance in units of which errors are told.
+        scale: radiance in units of which errors are given.
     """
 
-    def __init__(self, expected, scale):
+    def __init__(self, expected: float | Sequence[float], scale: float) -> None:
         self.expected = np.broadcast_to(np.asarray(expected, float), 3)
         self.scale = float(scale)
-        self.means = []
+        self.means: list[np.ndarray] = []
         self.not_finite = self.negative = self.values = 0
         self.largest = 0.0
 
-    def add(self, picture):
+    def add(self, picture: np.ndarray) -> None:
         """Take a picture, (height, width, 3)."""
         finite = np.isfinite(picture)
         picture = np.where(finite, picture, 0.0)
@@ -115,8 +119,8 @@ class Tally:
         self.largest = max(self.largest, float(picture.max()))
         self.means.append(picture.mean(axis=(0, 1), dtype=float))
 
-    def measurement(self, **about):
-        """The `Measurement` so far; `about` are its attributes that the runs do not tell."""
+    def measurement(self, **about: Any) -> Measurement:
+        """The `Measurement` so far; `about` are its attributes that do not follow from the runs."""
         means = np.array(self.means)
         variance = means.var(axis=0, ddof=1) / len(means)
         dof = np.full(3, len(means) - 1.0)

@@ -4,6 +4,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.bsdfs.dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
 
 # Schott's data sheet of N-BK7 and N-SF11, micrometres: n_d = 1.51680 and 1.78472 at 587.6 nm.

@@ -3,6 +3,7 @@
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.bsdfs.subsurface import SUBSURFACE
 
 MATERIAL = {

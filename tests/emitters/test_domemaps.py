@@ -4,6 +4,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.emitters.domemaps import MAPS, cell_solid_angles, resample_to_latlong
 
 # Near each axis, but on no boundary of a texel.

@@ -4,6 +4,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.emitters.domemaps import MAPS
 
 

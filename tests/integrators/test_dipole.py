@@ -6,14 +6,14 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES, radius_of_tail, tail
 
 from relume import (
     bsdfs,  # noqa: F401  registers the plugins
     emitters,  # noqa: F401
     integrators,  # noqa: F401
 )
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.diffusion import PROFILES, radius_of_tail, tail
 
 ALPHA = np.array([0.3, 0.8, 0.99])
 SKY = {"type": "constant"}

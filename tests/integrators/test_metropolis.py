@@ -6,11 +6,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from relume.integrators.markovchains import Walk, walk_chains
-from relume.integrators.metropolis import resampled
-from relume.integrators.primarysamples import MUTATIONS, Paths, moved
-from relume.integrators.uniformsamples import uniform_samples
 
+from relume.integrators.markovchains import ChainParameters, run_chains
+from relume.integrators.metropolis import systematic_resampling
+from relume.integrators.primarysamples import MUTATIONS, PathSampler, perturb
+from relume.integrators.uniformsamples import uniform_samples
 from relume.registration import on_every_variant
 
 METHODS = {
@@ -162,16 +162,18 @@ def test_chains_visit_by_density(large, chance):
     it has the beta distribution of parameters k/2 and (R - k)/2 for k cells and R runs.
     """
     scene = nothing(8, 8)
-    paths = Paths(scene, scene.sensors()[0], mi.load_dict({"type": "steps"}))
+    paths = PathSampler(scene, scene.sensors()[0], mi.load_dict({"type": "steps"}))
     R, k, chains = 256, 64, 512
-    walk = Walk(chance.samples(64), large, "kelemen", 1 / 64, 1 / 4)
+    walk = ChainParameters(chance.samples(64), large, "kelemen", 1 / 64, 1 / 4)
     which = np.repeat([0, 1], chains // 2)
     visits = []
     for _ in range(R):
         seed, rng = chance.seed(), chance.rng()
         I = uniform_samples(paths, 2048, seed).luminance.reshape(2, -1)
-        index = np.concatenate([resampled(half, chains // 2, rng.random()) for half in I])
-        found = walk_chains(paths, np.ones(k), index, which, 2048, (seed, chance.seed()), walk)
+        index = np.concatenate(
+            [systematic_resampling(half, chains // 2, rng.random()) for half in I]
+        )
+        found = run_chains(paths, np.ones(k), index, which, 2048, (seed, chance.seed()), walk)
         share = found.film[1:, :, 0] * (2 / (chains * walk.steps))
         visits.append((I.mean(1)[:, None] * share).mean(0))
     # Twice as many rows as columns: no point lies on the edge; the midpoint rule is exact there.
@@ -196,7 +198,7 @@ def test_constant_radiance(method):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("direct_samples", [0, 1 / 16])
 def test_constant_parts(method, direct_samples):
-    """The same where direct light is left to plain samples: each part counts once."""
+    """The same where independent samples find direct light: each part counts once."""
     walk = integrator(method, paths={"type": "parted"}, direct_samples=direct_samples)
     picture = mi.render(nothing(4, 4), integrator=walk, spp=64)
     assert np.mean(np.array(picture)) == pytest.approx(3, rel=1e-5)
@@ -231,7 +233,7 @@ def test_agrees_with_path(method, chance, level):
 @pytest.mark.false_alarms(1e-3, reduced=4)
 @pytest.mark.parametrize("method", ["kelemen", "erpt"])
 def test_direct_light_apart(method, chance, level):
-    """Chains for indirect light and plain samples for the rest add up, also through a wrapper."""
+    """Chains for indirect light and independent samples for the rest add up, if wrapped, too."""
     paths = {"type": "dispersivepath", "max_depth": 6}
     paths = {"type": "samplescale", "response": 2.0, "nested": paths}
     paths = {"type": "shadowcatching", "nested": paths}
@@ -241,12 +243,12 @@ def test_direct_light_apart(method, chance, level):
     wanted = 2 * luminance(chance.runs(scene, 32, runs=24))
     found, wanted = (x.reshape(24, 3, 4, 3, 4).mean((2, 4)) for x in (found, wanted))
     chance.equal(level(found), level(wanted), precision=0.05)
-    plain = 24 * round(0.25 * chance.samples(32))
-    assert f"direct light: {plain} plain samples a pixel" in walk.report()[1]
+    spp = 24 * round(0.25 * chance.samples(32))
+    assert f"direct light: {spp} independent samples per pixel" in walk.report()[1]
 
 
-def test_direct_light_goes_over_with_the_rest():
-    """A calm scene is rendered by plain sampling of all its light at once."""
+def test_fallback_renders_direct_light_with_the_rest():
+    """Where chains do not pay, independent samples render all light at once."""
     paths = {"type": "dispersivepath", "max_depth": 6}
     pictures = []
     for direct_samples in (0, 1):
@@ -276,9 +278,9 @@ def test_short_bootstrap_and_short_chains_are_unbiased(chance, level):
 def test_launches_are_no_part_of_the_samples(monkeypatch):
     """Uniform samples traced in several launches are those of one."""
     scene = cornell()
-    paths = Paths(scene, scene.sensors()[0], mi.load_dict({"type": "path", "max_depth": 6}))
+    paths = PathSampler(scene, scene.sensors()[0], mi.load_dict({"type": "path", "max_depth": 6}))
     whole = uniform_samples(paths, 1000, seed=3)
-    monkeypatch.setattr("relume.integrators.uniformsamples.LAUNCH", 700)
+    monkeypatch.setattr("relume.integrators.uniformsamples.SAMPLES_PER_LAUNCH", 700)
     parts = uniform_samples(paths, 1000, seed=3)
     assert np.array_equal(whole.f, parts.f) and np.array_equal(whole.pixel, parts.pixel)
 
@@ -372,11 +374,11 @@ def test_one_pixel_is_b(method):
     assert luminance(picture).item() == pytest.approx(b, rel=1e-4 if method == "erpt" else 0.02)
 
 
-def test_hands_calm_scenes_over():
-    """The Cornell box goes to plain sampling, by default, and the report says so."""
+def test_fallback_where_chains_do_not_pay():
+    """Independent samples render the Cornell box, by default, and the report says so."""
     walk = mi.load_dict({"type": "pssmlt", "paths": {"type": "dispersivepath", "max_depth": 6}})
     picture = np.array(mi.render(cornell(), integrator=walk, spp=64, seed=1))
-    assert "plain sampling" in walk.report()[1]
+    assert "independent samples" in walk.report()[1]
     # 64 samples of each of 144 pixels: the mean is right to 1 %.
     reference = np.array(mi.render(cornell(), spp=512, seed=2))
     assert picture.mean() == pytest.approx(reference.mean(), rel=0.05)
@@ -402,7 +404,7 @@ def test_mutations_are_symmetric(name):
     assert there == pytest.approx(-back, abs=2e-6)
     assert np.all(np.abs(there) <= (s2 * 1.0001 if name != "gaussian" else 4 * s2))
     for u in (0.0, 1e-9, 0.5, 1 - 2.0**-24):
-        u_new = np.array(moved(mi.Float(u), mi.Float(there)))
+        u_new = np.array(perturb(mi.Float(u), mi.Float(there)))
         assert np.all((u_new >= 0) & (u_new < 1))
     if name == "mixed":
         # Half of the steps have one size, here half way from the largest to the smallest.

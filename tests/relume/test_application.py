@@ -1,14 +1,18 @@
-"""relume from Python: read, translate, render, and the choice of the variant."""
+"""relume from Python: read, load, render, and the choice of the variant."""
 
 import dataclasses
+import subprocess
+import sys
+import time
 
 import mitsuba as mi
 import numpy as np
 import pytest
+from PIL import Image
 
 import relume
-from relume import application, llvm, translator
-from relume.session import CannotRender
+from relume import passes, translator
+from relume.session import CannotRender, Session
 
 GLASS = "OBJECT\nsphere 0 1 2 1\ncolor 1 1 1\nreflection reflection\n"
 DISPERSIVE = GLASS + "reflection reflection99\n"
@@ -34,20 +38,47 @@ def test_the_environment_overrides_the_file(room, monkeypatch):
     assert relume.read(room(), {}).image == (32, 24)
 
 
-def test_translate_gives_what_mitsuba_loads_and_renders(room):
+def test_load_gives_what_mitsuba_renders(room):
     """The scene's samples come with it, so `mi.render` needs no more than the scene."""
     mi.set_variant("llvm_ad_rgb")
-    scene = mi.load_dict(relume.translate(relume.read(room(spp=6))))
+    scene = relume.load(relume.read(room(spp=6)))
     assert scene.sensors()[0].sampler().sample_count() == 6
     assert np.array(mi.render(scene)).shape == (24, 32, 3)
 
 
-def test_translate_takes_a_path_and_leaves_the_document_alone(room):
-    document = relume.read(room())
+def test_to_dict_gives_what_mitsuba_loads(room):
+    mi.set_variant("llvm_ad_rgb")
+    scene = relume.to_dict(room(), spp=3, size=(8, 6))
+    scene["integrator"] = {"type": "depth"}
+    image = np.array(mi.render(mi.load_dict(scene, optimize=False)))
+    assert image.shape[:2] == (6, 8) and image.max() > 11
+
+
+@pytest.mark.parametrize("function", [relume.load, relume.to_dict, relume.render])
+def test_all_take_paths_and_leave_documents_alone(room, function):
+    mi.set_variant("llvm_ad_rgb")
+    path = room("tentfilter\n1")
+    document = relume.read(path)
     before = dataclasses.replace(document)
-    relume.translate(document)
-    relume.translate(room())
+    for scene in (document, path, str(path)):
+        function(scene, spp=1, seed=3, integrator="direct")
     assert document == before
+
+
+@pytest.mark.parametrize("function", [relume.load, relume.to_dict, relume.render, relume.read])
+def test_what_is_no_scene_is_said_in_words(function):
+    mi.set_variant("llvm_ad_rgb")
+    scene = {"type": "scene"}
+    for wrong, said in (
+        (scene, "expected the path of a scene file.*, found dict"),
+        (mi.load_dict(scene), r"found mitsuba\.Scene"),
+        (3, "found int"),
+    ):
+        with pytest.raises(TypeError, match=said):
+            function(wrong)
+    if function is not relume.read:
+        with pytest.raises(TypeError, match=r"Mitsuba's own is rendered by mi\.render"):
+            function(scene)
 
 
 def test_render_gives_linear_rgb_from_the_top(room):
@@ -64,25 +95,13 @@ def test_render_takes_size_samples_and_document(room):
     assert np.array_equal(image, relume.render(room(), size=(10, 6), spp=3, seed=2))
 
 
-def test_spp_replaces_sampling_and_supersampling(room):
-    document = application.resized(relume.read(room("SUPERSAMPLING\n3")), spp=5)
-    assert (document.sampling, document.supersampling) == (5, 1)
-    assert translator.translate(document).plan.spp == 5
-
-
-@pytest.mark.parametrize(
-    "options, said",
-    [
-        ({"size": (0, 4)}, "size 0x4"),
-        ({"size": (16384, 16384)}, "size 16384x16384"),
-        ({"spp": 0}, "spp 0"),
-        ({"seed": -1}, "seed -1"),
-        ({"dialect": "latin"}, "unknown dialect"),
-    ],
-)
-def test_values_out_of_range(room, options, said):
-    with pytest.raises(ValueError, match=said):
-        relume.render(room(), **options)
+def test_options_and_changes_to_them(room):
+    options = relume.RenderOptions(size=(10, 6), spp=3)
+    image = relume.render(room(), options, seed=2)
+    assert np.array_equal(image, relume.render(room(), size=(10, 6), spp=3, seed=2))
+    assert options.seed == 0
+    with pytest.raises(TypeError, match="unknown option 'sed'; did you mean 'seed'"):
+        relume.render(room(), options, sed=2)
 
 
 def test_the_dialect_changes_the_picture(room):
@@ -114,6 +133,46 @@ def test_only_dispersion_needs_wavelengths(room):
     assert [plan.variant for plan in plans] == ["llvm_ad_rgb", "llvm_ad_spectral"]
 
 
+@pytest.mark.parametrize("function", [relume.load, relume.to_dict])
+def test_wavelengths_are_not_left_out_silently(room, function):
+    """Under a variant without wavelengths the message names the one to set, and both ways work."""
+    mi.set_variant("llvm_ad_rgb")
+    path = room(objects=DISPERSIVE)
+    said = r"needs wavelengths \(glass.*llvm_ad_rgb.*mi\.set_variant\('llvm_ad_spectral'\)"
+    with pytest.raises(CannotRender, match=said):
+        function(path)
+    assert mi.variant() == "llvm_ad_rgb"
+    function(path, variant="llvm_ad_rgb")
+    assert mi.variant() == "llvm_ad_rgb"
+    mi.set_variant("llvm_ad_spectral")
+    function(path)
+    function(path, dialect="prender")
+    assert mi.variant() == "llvm_ad_spectral"
+
+
+def test_load_refuses_a_scalar_variant_where_plugins_need_another(room):
+    mi.set_variant("scalar_rgb")
+    relume.load(room(), spp=1)
+    said = r"scalar_rgb does not run .*schlickglass; call mi\.set_variant\('llvm_ad_rgb'\) before"
+    with pytest.raises(CannotRender, match=said):
+        relume.load(room(objects=GLASS))
+    relume.load(room(objects=GLASS), variant="llvm_ad_rgb")
+    assert mi.variant() == "llvm_ad_rgb"
+
+
+def test_load_sets_the_variant_that_is_needed_if_none_is(room):
+    """In a process of its own: once set, a variant cannot be unset."""
+    code = """
+import sys, mitsuba as mi, numpy as np, relume
+assert mi.variant() is None
+scene = relume.load(sys.argv[1], spp=1)
+assert mi.variant() == "llvm_ad_spectral", mi.variant()
+assert np.array(mi.render(scene)).mean() > 0
+"""
+    path = room(objects=DISPERSIVE)
+    subprocess.run([sys.executable, "-c", code, path], cwd=path.parent, check=True)
+
+
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("kind", ["mono", "spectral", "spectral_polarized"])
 def test_other_variants_give_the_same_brightness(room, kind, chance, level):
@@ -131,51 +190,122 @@ def test_other_variants_give_the_same_brightness(room, kind, chance, level):
     chance.equal(mean(f"llvm_ad_{kind}"), mean("llvm_ad_rgb"), allowed=5e-3, precision=5e-3)
 
 
-def test_without_llvm_scenes_of_stock_plugins_render_slowly(room, monkeypatch):
-    nothing = llvm.Library(None, "none", reason="no usable LLVM library")
-    monkeypatch.setattr(llvm, "install", lambda: nothing)
-    with pytest.warns(UserWarning, match="rendering slowly with scalar_rgb: no usable LLVM"):
-        assert relume.render(room(), size=(4, 3), spp=1).shape == (3, 4, 3)
+BOX = [
+    (corner, u, v)
+    for corner, edges in (((-1,) * 3, 1), ((1,) * 3, -1))
+    for u, v in (
+        ((2 * edges, 0, 0), (0, 2 * edges, 0)),
+        ((0, 2 * edges, 0), (0, 0, 2 * edges)),
+        ((0, 0, 2 * edges), (2 * edges, 0, 0)),
+    )
+]
+"""Corner and edges of the walls of a closed box."""
+
+DOME = "OBJECT\nsphere 0 0 0 30\nibl_texture sky.png\npanoramic_map 1\n"
 
 
-def test_without_llvm_scenes_of_other_plugins_say_what_they_need(room, monkeypatch):
-    nothing = llvm.Library(None, "none", reason="no usable LLVM library")
-    monkeypatch.setattr(llvm, "install", lambda: nothing)
-    with pytest.raises(CannotRender, match="the scene needs schlickglass: no usable LLVM"):
-        relume.render(room(objects=GLASS))
-    with pytest.raises(CannotRender, match="llvm_ad_rgb does not work here"):
-        relume.render(room(), variant="llvm_ad_rgb")
+@pytest.fixture
+def box(tmp_path):
+    """A function that writes a scene of some walls of the box, seen from inside it."""
+    Image.fromarray(np.full((8, 16, 3), 200, np.uint8)).save(tmp_path / "sky.png")
+
+    def write(walls, objects="", settings=""):
+        lines = ["IMAGE\n16 16\nCAMERA_POS\n0 0 0.5\nCAMERA_DIR\n0 0 -1\n" + settings]
+        for wall in walls:
+            place = (" ".join(map(str, values)) for values in wall)
+            lines.append("OBJECT\nuvplane {}\nU {}\nV {}".format(*place))
+            lines.append("color 0.8 0.8 0.8\nreflection diffuse\n")
+        path = tmp_path / "box.txt"
+        path.write_text("\n".join([*lines, objects]))
+        return path
+
+    return write
 
 
-def test_what_mitsuba_refuses_is_said_in_one_line(room):
-    translation = translator.translate(relume.read(room()))
-    translation.scene["sensor"]["fov"] = 200.0
-    with (
-        pytest.raises(CannotRender, match=r"Mitsuba does not take the scene: .*sensor") as error,
-        application.prepared(translation),
-    ):
-        pass
-    assert "\n" not in str(error.value)
-
-
-def test_walls_of_one_material_keep_the_sky_out(tmp_path):
+@pytest.mark.parametrize("objects, settings", [("", "BACKGROUND\n1 1 1\n"), (DOME, "")])
+def test_walls_of_one_material_keep_the_sky_out(box, objects, settings):
     """Inside a closed box of six rectangles it is dark. Merged by Mitsuba 3.9, they have no
     bounding box, and 2 % of the sky's light came through."""
-    low, high = -1, 1
-    walls = [
-        (corner, u, v)
-        for corner, edges in (((low,) * 3, 1), ((high,) * 3, -1))
-        for u, v in (
-            ((2 * edges, 0, 0), (0, 2 * edges, 0)),
-            ((0, 2 * edges, 0), (0, 0, 2 * edges)),
-            ((0, 0, 2 * edges), (2 * edges, 0, 0)),
-        )
-    ]
-    lines = ["IMAGE\n16 16\nBACKGROUND\n1 1 1\nCAMERA_POS\n0 0 0.5\nCAMERA_DIR\n0 0 -1\n"]
-    for corner, u, v in walls:
-        place = (" ".join(map(str, values)) for values in (corner, u, v))
-        lines.append("OBJECT\nuvplane {}\nU {}\nV {}".format(*place))
-        lines.append("color 0.8 0.8 0.8\nreflection diffuse\n")
-    path = tmp_path / "box.txt"
-    path.write_text("\n".join(lines))
+    mi.set_variant("llvm_ad_rgb")
+    path = box(BOX, objects, settings)
     assert relume.render(path, spp=16).max() == 0
+    assert np.array(mi.render(relume.load(path, spp=16))).max() == 0
+
+
+@pytest.mark.parametrize("integrator", [None, "direct", "pssmlt"])
+def test_what_is_loaded_is_what_is_rendered(box, integrator):
+    """Two rectangles under a dome: sample by sample the picture of `render`."""
+    mi.set_variant("llvm_ad_rgb")
+    path = box(BOX[:2], DOME, "tentfilter\n1\n")
+    options = relume.RenderOptions(spp=9, integrator=integrator)
+    session = Session(relume.load(path, options), options.spp)
+    for _ in session.run():
+        pass
+    expected = relume.render(path, options)
+    assert expected.mean() > 0.1 and np.array_equal(session.image(), expected)
+
+
+def test_the_seed_of_a_loaded_scene(room):
+    """Seeds beyond Mitsuba's 32 bits count, too."""
+    mi.set_variant("llvm_ad_rgb")
+    same, again, other, large = (
+        np.array(mi.render(relume.load(room(), seed=seed))) for seed in (1, 1, 2, 2**32 + 1)
+    )
+    assert np.array_equal(same, again)
+    assert not np.array_equal(same, other) and not np.array_equal(same, large)
+
+
+# ---- time limit and progress
+
+
+@pytest.fixture
+def passes_of_one_sample(monkeypatch):
+    monkeypatch.setattr(passes, "SAMPLES_PER_PASS", 32 * 24)
+
+
+@pytest.mark.usefixtures("passes_of_one_sample")
+def test_progress_is_told_after_each_pass(room):
+    told = []
+    relume.render(room(), spp=3, progress=told.append)
+    assert [(p.passes, p.all_passes, p.spp, p.all_spp) for p in told] == [
+        (1, 3, 1, 3), (2, 3, 2, 3), (3, 3, 3, 3)
+    ]  # fmt: skip
+    assert 0 < told[0].seconds < told[1].seconds < told[2].seconds
+
+
+@pytest.mark.usefixtures("passes_of_one_sample")
+def test_progress_as_a_bar_on_standard_error(room, capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    relume.render(room(), spp=3, progress=True)
+    shown = capsys.readouterr()
+    assert "3/3" in shown.err and shown.out == ""
+    for silent in (False, None):
+        relume.render(room(), spp=3, progress=silent)
+        assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.usefixtures("passes_of_one_sample")
+def test_a_time_limit_gives_the_picture_so_far(room):
+    """One pass at least; the progress tells how many samples the picture has."""
+    told = []
+    start = time.perf_counter()
+    image = relume.render(room(), spp=3000, time_limit=0.3, progress=told.append)
+    assert time.perf_counter() - start < 20
+    samples = told[-1].spp
+    assert 1 < samples < 3000
+    assert np.array_equal(image, relume.render(room(), spp=samples))
+    image = relume.render(room(), spp=3000, time_limit=0)
+    assert np.array_equal(image, relume.render(room(), spp=1))
+
+
+@pytest.mark.parametrize(
+    "arguments, error, said",
+    [
+        ({"time_limit": -1}, ValueError, "time limit -1: expected 0 seconds or more"),
+        ({"time_limit": float("nan")}, ValueError, "time limit nan"),
+        ({"progress": "bar"}, TypeError, "progress: expected True or a function, found str"),
+    ],
+)
+def test_wrong_limits_and_progress_are_said(room, arguments, error, said):
+    with pytest.raises(error, match=said):
+        relume.render(room(), spp=1, **arguments)

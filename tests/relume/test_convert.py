@@ -11,8 +11,8 @@ import pytest
 
 import relume
 from relume import translator
-from relume.application import prepared
 from relume.convert import python_source, write_xml
+from relume.loading import open_session
 from relume.session import Session
 from relume.workbench.statistics import normal_score
 
@@ -85,7 +85,7 @@ def deviation(scene, picture, chance):
     noise.
     """
     references = []
-    with prepared(translator.translate(relume.read(scene))) as session:
+    with open_session(translator.translate(relume.read(scene))) as session:
         for _ in range(16):
             session = Session(session.scene, SPP // 8, chance.seed())
             for _ in session.run():

@@ -1,15 +1,17 @@
 """Hashes by content: equal for equal scenes wherever their files lie, different for any change."""
 
 import dataclasses
+import importlib.metadata
 import shutil
 
 import numpy as np
 import pytest
-from relume.translator.scene_values import Color, Matrix, Mesh, Picture
 
 import relume
 from relume import translator
-from relume.fingerprint import content_hash
+from relume.fingerprint import content_hash, differences, of_render
+from relume.options import RenderOptions
+from relume.translator.scene_values import Color, Matrix, Mesh, Picture
 
 MESH = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
@@ -75,3 +77,16 @@ def test_every_field_of_a_mesh_counts():
     mesh = Mesh(*(np.full((3, 3), float(k)) for k in range(5)))
     changed = [dataclasses.replace(mesh, **{f.name: TRIANGLE}) for f in dataclasses.fields(mesh)]
     assert len({content_hash(m) for m in [mesh, *changed]}) == 6
+
+
+@pytest.mark.parametrize("package", ["relume", "mitsuba", "drjit"])
+def test_a_render_is_of_the_versions_that_made_it(room, monkeypatch, package):
+    """Each by itself: its samples may differ with any of them."""
+    translation = translator.translate(relume.read(room()))
+    before = of_render(translation, RenderOptions(), 4)
+    real = importlib.metadata.version
+    monkeypatch.setattr(
+        importlib.metadata, "version", lambda name: "9.9" if name == package else real(name)
+    )
+    after = of_render(translation, RenderOptions(), 4)
+    assert list(differences(before, after)) == [f"its {package} is {real(package)}, here 9.9"]

@@ -15,7 +15,8 @@ from PIL import Image
 from rich.console import Console
 
 import relume
-from relume import output, passes, rendering
+from relume import destination, output, passes
+from relume.accumulator import Accumulator
 from relume.rendering import render_file
 
 NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
@@ -128,6 +129,18 @@ def test_dumps_at_the_scenes_interval(room, here, console, short_passes):
     assert abs(last.mean() - final.mean()) < 0.05 * final.mean()
 
 
+@pytest.mark.parametrize("seconds, expected", [(10, [10, 20, 30]), (12.5, [13, 26])])
+def test_dumps_come_as_often_as_the_scene_says(room, monkeypatch, seconds, expected):
+    """Offered a picture each second, they take the first after each interval."""
+    document = relume.read(room(f"IMAGEDUMP\n{seconds}"))
+    dumps = destination.Dumps(document, destination.Destination(document, "a.png"), None)
+    taken = []
+    monkeypatch.setattr(destination.output, "write_image", lambda *_: taken.append(now))
+    for now in range(36):
+        dumps.offer(Accumulator(1, 1), now)
+    assert taken == expected
+
+
 def test_dumps_lie_beside_the_picture_that_the_scene_names(room, here, console, short_passes):
     render_file(room("IMAGEDUMP\n1e-9\nOUTPUT\nshots/box.bmp"), spp=2, console=console)
     assert "shots/image/output_W000001.bmp" in files(here)
@@ -154,13 +167,6 @@ def test_the_command_line_limit_goes_before_the_files(room, here, console):
     assert "time limit" not in console.export_text()
 
 
-def test_with_a_time_limit_the_picture_is_dumped_every_minute(room):
-    document = relume.read(room("IMAGEDUMP\n600"))
-    destination = rendering.Destination(document, "a.png")
-    assert rendering.Dumps(document, destination, None).interval == 600
-    assert rendering.Dumps(document, destination, 3600).interval == 60
-
-
 def test_an_interrupt_keeps_the_picture_so_far(room, here):
     """SIGINT to the command once its first dump shows that it renders."""
     code = "from relume.cli import main; main()"
@@ -178,16 +184,6 @@ def test_an_interrupt_keeps_the_picture_so_far(room, here):
     assert "interrupted after" in err and "Traceback" not in err
     mean = np.array(mi.Bitmap("a.exr")).mean()
     assert mean == pytest.approx(relume.render(path, spp=400).mean(), rel=0.02)
-
-
-def test_signal_handlers_are_restored():
-    before = signal.getsignal(signal.SIGINT)
-    with rendering.interruptible() as stop:
-        signal.raise_signal(signal.SIGINT)
-        assert stop == [signal.SIGINT]
-        with pytest.raises(SystemExit) as ended:
-            signal.raise_signal(signal.SIGINT)
-    assert ended.value.code == 130 and signal.getsignal(signal.SIGINT) is before
 
 
 def test_what_cannot_be_written_is_said_before_rendering(room, here, console):

@@ -54,7 +54,11 @@ def stopping(monkeypatch):
 
 def render(path, out, console=None, **options):
     console = console or Console(file=io.StringIO())
-    return rendering.render_file(path, out=out, console=console, **({"spp": SPP} | options))
+    kept = {name: options.pop(name) for name in ("resume", "keep", "only", "per_pass")
+            if name in options}  # fmt: skip
+    passes = rendering.PassOptions(**kept)
+    options = {"spp": SPP} | options
+    return rendering.render_file(path, out=out, passes=passes, console=console, **options)
 
 
 def left_after(count, path, stopping, **options):
@@ -151,7 +155,7 @@ def test_passes_of_another_version_or_scene_are_refused(room, here, stopping, mo
 
 def test_passes_are_not_lost_to_a_forgotten_option(room, here, stopping, console):
     left_after(2, room(), stopping)
-    with pytest.raises(session.CannotRender, match="holds 2 samples a pixel of this render"):
+    with pytest.raises(session.CannotRender, match="holds 2 samples per pixel of this render"):
         render(room(), "a.exr")
     render(room(), "a.exr", console, seed=1)
     assert "a.passes.exr is of another render and will be replaced" in console.export_text()
@@ -275,7 +279,7 @@ def parts(path, *ranges, **options):
     names = []
     for start, stop in ranges:
         names.append(f"part{start}.exr")
-        render(path, names[-1], passes=(start, stop), **options)
+        render(path, names[-1], only=(start, stop), **options)
     return names
 
 
@@ -315,9 +319,9 @@ def test_parts_that_do_not_fit_are_refused(room, here):
 
 def test_passes_that_do_not_exist_are_refused(room, here):
     with pytest.raises(ValueError, match="passes 10:13: expected some of 0:12"):
-        render(room(), "a.exr", passes=(10, 13))
+        render(room(), "a.exr", only=(10, 13))
     for out in ("a.png", "folder/", None):
         with pytest.raises(output.OutputError, match="to a file that -o names"):
-            render(room(), out, passes=(0, 1))
+            render(room(), out, only=(0, 1))
     result = invoke("render", room(), "--passes", "3:3", "-o", "a.exr")
     assert result.exit_code == 2 and "expected START:STOP" in result.stderr

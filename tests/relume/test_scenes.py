@@ -8,7 +8,7 @@ import pytest
 
 import relume
 from relume.checking import check_file
-from relume.workbench import regression
+from studies import regression
 
 SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.txt"))
 REFERENCES = Path(__file__).parents[1] / "references"

@@ -6,9 +6,9 @@ import mitsuba as mi
 import numpy as np
 import pytest
 from PIL import Image
-from relume.translator.scene_values import Color, Matrix, Mesh, Picture
 
 from relume import translator
+from relume.translator.scene_values import Color, Matrix, Mesh, Picture
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN_SCENES = sorted((ROOT / "scenes").glob("*.txt"))

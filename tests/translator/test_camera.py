@@ -10,10 +10,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from relume.translator import camera, read_text
-from relume.translator.scene_values import to_mitsuba
 
 from relume import sensors  # noqa: F401  registers the screen camera
+from relume.translator import camera, read_text
+from relume.translator.scene_values import to_mitsuba
 
 TOLERANCE = 2e-6
 

@@ -1,6 +1,7 @@
 """Checks of several values together, or of values with their meaning."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.checks import check
 from relume.translator.diagnostics import SceneError

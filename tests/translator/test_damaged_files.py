@@ -9,6 +9,7 @@ import warnings
 
 import numpy as np
 import pytest
+
 from relume.translator.images import ImageError, read_image
 from relume.translator.mtl import MtlError, read_mtl
 from relume.translator.obj import read_obj

@@ -1,6 +1,7 @@
 """Notes where media are denser than rays of single precision and roulette allow."""
 
 import pytest
+
 from relume.translator import read_text, translate
 
 BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection reflection\n"

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from relume.translator import read_text, translate
 from relume.translator.dialects import DIALECTS, DIFFERENCES, note
 

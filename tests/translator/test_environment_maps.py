@@ -10,6 +10,7 @@ import math
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.translator import environment_maps
 
 AXES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)

@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.document import Document

@@ -8,6 +8,7 @@ import math
 import time
 
 import pytest
+
 from relume.translator.expressions import (
     BINARY_FUNCTIONS,
     CONSTANTS,

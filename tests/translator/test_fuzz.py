@@ -8,6 +8,7 @@ import random
 import time
 
 import pytest
+
 from relume.translator import read_text, translate
 from relume.translator.diagnostics import ERROR_KINDS, SceneError
 from relume.translator.document import Document

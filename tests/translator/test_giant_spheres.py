@@ -5,6 +5,7 @@ import math
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.translator import read_text, translate
 from relume.translator.giant_spheres import (
     FAR_TOLERANCE,
@@ -17,7 +18,6 @@ from relume.translator.giant_spheres import (
     rings,
     sphere_distance,
 )
-
 from relume.workbench.statistics import Level
 
 BALL = Ball(np.array([1e5 + 1.0, 40.8, 81.6]), 1e5)

@@ -14,6 +14,7 @@ import os
 from pathlib import Path
 
 import pytest
+
 from relume.translator import read_text, translate
 
 GOLDENS = Path(__file__).parent / "goldens"

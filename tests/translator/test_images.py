@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image as PillowImage
+
 from relume.translator import images
 from relume.translator.images import ImageError, as_texture, bump_height, read_image
 

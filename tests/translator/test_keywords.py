@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import pytest
+
 from relume.translator.forms.numbers import NUMBER
 from relume.translator.keywords import NEXT_LINE, Keyword, below, beside, by_word, rows
 

@@ -12,8 +12,8 @@ import math
 import mitsuba as mi
 import numpy as np
 import pytest
-from relume.translator import read_text, translate
 
+from relume.translator import read_text, translate
 from relume.workbench.statistics import Level
 
 FLOOR = "OBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.4 0.3\nreflection diffuse\n\n"

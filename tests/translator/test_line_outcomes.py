@@ -1,6 +1,7 @@
 """Every line of a scene is accounted for, once, and says what became of it."""
 
 import pytest
+
 from relume.translator import read, read_text, translate
 from relume.translator.diagnostics import OUTCOMES, SceneError
 from relume.translator.line_outcomes import DOCUMENT_ROWS, OBJECT_ROWS

@@ -1,6 +1,7 @@
 """From attribute lines to BSDF dictionaries, for every kind of reflection and both dialects."""
 
 import pytest
+
 from relume.translator.diagnostics import SceneError
 from relume.translator.scene_values import Color
 

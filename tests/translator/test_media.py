@@ -4,13 +4,13 @@ what closed forms say of the pictures."""
 import mitsuba as mi
 import numpy as np
 import pytest
+
+from relume.session import Session
 from relume.translator import read_text, translate
 from relume.translator.materials_table import MATERIALS
 from relume.translator.media import uses_dipole, with_method
 from relume.translator.scene_values import Mesh
 from relume.translator.watertight import open_edges
-
-from relume.session import Session
 
 BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection reflection\n"
 SSS = BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\n"

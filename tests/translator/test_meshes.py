@@ -6,6 +6,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+
 from relume.translator.diagnostics import SceneError
 from relume.translator.scene_values import to_mitsuba
 

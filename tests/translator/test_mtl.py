@@ -1,6 +1,7 @@
 """MTL files: every key of the language, its rules over several keys, and located errors."""
 
 import pytest
+
 from relume.translator.mtl import MtlError, TextureMap, read_mtl
 from relume.translator.mtl_names import library_names
 

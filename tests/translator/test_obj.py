@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from relume.translator import obj_model, obj_scan, obj_text
 from relume.translator.obj import read_obj
 from relume.translator.obj_model import MeshError, vertex_normals

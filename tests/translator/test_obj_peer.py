@@ -2,6 +2,7 @@
 
 import numpy as np
 import trimesh
+
 from relume.translator.obj import read_obj
 
 GROUPS = 3

@@ -1,6 +1,7 @@
 """Parsing of `OBJECT` blocks: shapes, attributes, and the words of real files (section 1.5)."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import Annulus, Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane

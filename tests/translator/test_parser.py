@@ -4,6 +4,7 @@ Section numbers are those of the scene language's description.
 """
 
 import pytest
+
 from relume.translator import read, read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import UVPlane

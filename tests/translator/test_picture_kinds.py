@@ -8,6 +8,7 @@ import zlib
 
 import numpy as np
 import pytest
+
 from relume.translator.images import ImageError, read_image
 
 BLACK_WHITE = [(0, 0, 0), (255, 255, 255)]

@@ -1,6 +1,7 @@
 """The plan takes the smallest means: variant, integrator, sensor and plugins of small scenes."""
 
 import pytest
+
 from relume.translator import read_text, translate
 from relume.translator.plan import bootstrap, with_samples
 

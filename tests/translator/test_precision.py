@@ -2,6 +2,7 @@
 
 import mitsuba as mi
 import pytest
+
 from relume.translator import read_text, translate
 from relume.translator.precision import RAY_OFFSET
 

@@ -9,6 +9,7 @@ import math
 import pytest
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
+
 from relume.translator import read, read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.document import MAX_SIDE, Document

@@ -3,10 +3,10 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from relume.translator import read_text, translate
-from relume.translator.recentering import SIZE, needed
 
 import relume
+from relume.translator import read_text, translate
+from relume.translator.recentering import SIZE, needed
 
 SCENE = """\
 IMAGE

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 from relume.translator.dialects import DIFFERENCES
 from relume.translator.document import Document
 from relume.translator.forms.reflections import REFLECTIONS

@@ -4,6 +4,7 @@ import os
 import time
 
 import pytest
+
 from relume.translator import read, source_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.source_text import decode_lines, read_lines

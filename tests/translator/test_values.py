@@ -1,6 +1,7 @@
 """The text of one keyword's values: counts, columns, limits and remarks."""
 
 import pytest
+
 from relume.translator import values
 from relume.translator.values import MAX_GUESSES, FileContext, ValueProblem, ValueReader
 

@@ -1,7 +1,10 @@
 """Lights of one direction or one point: infinity light, parallel beam, spot."""
 
+from __future__ import annotations
+
 import math
 
+from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.scenes import (
     diffuse,
     emission,
@@ -13,31 +16,30 @@ from relume.workbench.cells.scenes import (
     uvplane,
 )
 from relume.workbench.cells.sizes import OFFSETS, RADII
-from relume.workbench.stability_cells import Case, family
 
 ANGLES = (0, 60, 89, 89.9, 89.99, 89.999)
 
 
-def floor(offset=0.0):
+def floor(offset: float = 0.0) -> str:
     """A floor of albedo 1/2 through a point on the diagonal of space."""
     return plane((offset, offset, offset), (0, 1, 0), *diffuse(0.5))
 
 
-def downwards(angle):
+def downwards(angle: float) -> tuple[float, float, float]:
     """Direction of light that falls at an angle of incidence [degree]."""
     t = math.radians(angle)
     return math.sin(t), -math.cos(t), 0.0
 
 
 @family("angle of incidence [degree]", ANGLES, "directional")
-def infinity_light(angle):
+def infinity_light(angle: float) -> Case:
     """Irradiance pi E cos(theta) across the floor: radiance rho E cos(theta) = 1/2."""
     radiance = 1 / math.cos(math.radians(angle))
     light = thing(f"infinity_light {numbers(*downwards(angle))}", emission(radiance))
     return Case(text(floor(), light, camera=(0, 1, 3), angle=0.5), 0.5)
 
 
-def beam(scale, offset, angle=0.0, distance=2.0):
+def beam(scale: float, offset: float, angle: float = 0.0, distance: float = 2.0) -> str:
     """A floor in a beam of 2 x 2 that falls on it from a distance at an angle; lengths scaled."""
     d = downwards(angle)
     center = [offset - scale * distance * x for x in d]
@@ -51,32 +53,40 @@ def beam(scale, offset, angle=0.0, distance=2.0):
 
 
 @family("half width of the beam [scene unit]", RADII, "parallelbeam")
-def beam_by_size(scale):
+def beam_by_size(scale: float) -> Case:
     """Irradiance pi E cos(theta) inside the beam: radiance rho E cos(theta) = 1/2."""
     return Case(beam(scale, 0), 0.5)
 
 
 @family("distance from the origin along each axis, half width 1", OFFSETS, "parallelbeam")
-def beam_by_place(offset):
+def beam_by_place(offset: float) -> Case:
     """As beam by size: rho E cos(theta) = 1/2."""
     return Case(beam(1, offset), 0.5)
 
 
 @family("angle of incidence [degree]", ANGLES, "parallelbeam")
-def beam_by_incidence(angle):
+def beam_by_incidence(angle: float) -> Case:
     """As beam by size: rho E cos(theta) = 1/2."""
     return Case(beam(1, 0, angle), 0.5)
 
 
 @family("distance over half width", (1e-3, 1e-2, 0.1, 1, 10, 1e3, 1e4, 1e5, 1e6), "parallelbeam")
-def beam_by_distance(distance):
+def beam_by_distance(distance: float) -> Case:
     """As beam by size, at any distance: rho E = 1/2. The camera is within the beam."""
     scene = beam(1, 0, distance=distance)
     return Case(scene, 0.5)
 
 
-def spot(distance, half_angle=30.0, fall_off=5.0, exponent=2.0, *, radiance, offset=0.0):
-    """The attributes of a spot above the origin."""
+def spot(
+    distance: float,
+    half_angle: float = 30.0,
+    fall_off: float = 5.0,
+    exponent: float = 2.0,
+    *,
+    radiance: float,
+    offset: float = 0.0,
+) -> str:
+    """A spot above the origin."""
     return sphere((offset, offset + distance, offset), 0.01 * distance, emission(radiance),
                   "color 0 0 0", "reflection diffuse", "spot_light 1", "spot_light_dir 0 -1 0",
                   f"spot_light_angle {numbers(half_angle, fall_off)}",
@@ -84,7 +94,7 @@ def spot(distance, half_angle=30.0, fall_off=5.0, exponent=2.0, *, radiance, off
 
 
 @family("distance [scene unit]", (0.1, 1, 10, 100, 1e3, 1e4, 1e5, 1e6), "falloffspot")
-def spot_by_distance(distance):
+def spot_by_distance(distance: float) -> Case:
     """On the axis the irradiance is pi E / d²: radiance rho E / d² = 1/2."""
     light = spot(distance, radiance=distance**2)
     camera = (0, 0.3 * distance, distance)
@@ -92,7 +102,7 @@ def spot_by_distance(distance):
 
 
 @family("distance from the origin along each axis", OFFSETS, "falloffspot")
-def spot_by_place(offset):
+def spot_by_place(offset: float) -> Case:
     """As spot by distance: rho E / d² = 1/2."""
     light = spot(2, radiance=4, offset=offset)
     camera, target = (offset, offset + 1, offset + 3), (offset,) * 3
@@ -100,7 +110,7 @@ def spot_by_place(offset):
 
 
 @family("half angle [degree]", (1e-3, 0.01, 0.03, 0.1, 1, 30, 90), "falloffspot")
-def spot_by_width(half_angle):
+def spot_by_width(half_angle: float) -> Case:
     """Inside the cone, which has no fall-off: rho E / d² = 1/2. Half the cone is seen."""
     light = spot(1, half_angle, 0, radiance=1)
     angle = min(max(half_angle / 2, 1e-3), 5)
@@ -110,7 +120,7 @@ def spot_by_width(half_angle):
 
 
 @family("fall-off angle [degree]", (1e-3, 0.01, 0.1, 1, 10, 20), "falloffspot")
-def spot_ramp(fall_off):
+def spot_ramp(fall_off: float) -> Case:
     """Where the cosine of the angle from the axis is midway between those of w and w - f, the ramp
     is (1/2)^p; with p = 2 and cos³ for the distance and the incidence, rho E cos³(theta) / 4."""
     w, f = math.radians(20), math.radians(fall_off)
@@ -126,7 +136,7 @@ def spot_ramp(fall_off):
 
 
 @family("exponent", (0, 1e-3, 1, 10, 100), "falloffspot")
-def spot_exponent(exponent):
+def spot_exponent(exponent: float) -> Case:
     """As spot ramp, w = 20 and f = 10 degrees: rho E cos³(theta) / 2^p, where cos(theta) is
     nearer to the inner cone for large p: the ramp there is 2^(-min(p, 10))."""
     w, f = math.radians(20), math.radians(10)

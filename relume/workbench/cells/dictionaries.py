@@ -1,11 +1,16 @@
 """Parts of Mitsuba dictionaries, for cells that the scene language cannot say."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
 import mitsuba as mi
 
 from relume.workbench.cells.scenes import SIDE
 
 
-def camera(position, target, angle):
+def camera(position: Sequence[float], target: Sequence[float], angle: float) -> dict[str, Any]:
     """A sensor with the film of a cell: position (3,), target (3,), field of view [degree]."""
     return {
         "type": "perspective",
@@ -23,6 +28,6 @@ def camera(position, target, angle):
     }
 
 
-def rgb(value):
+def rgb(value: float) -> dict[str, Any]:
     """A grey spectrum."""
     return {"type": "rgb", "value": [value] * 3}

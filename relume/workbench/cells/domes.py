@@ -1,25 +1,27 @@
 """Image-based light: domes of all sizes, and one bright texel among dim ones."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
 
+from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.lamps import FLOOR
 from relume.workbench.cells.scenes import diffuse, plane, sphere, text
 from relume.workbench.cells.sizes import RADII
-from relume.workbench.stability_cells import Case, family
 
 HEIGHT, WIDTH = 33, 65
 """Of the picture: 32 x 64 texels are met (the last row and column are not)."""
 
 
-def dome(radius):
+def dome(radius: float) -> str:
     """A sphere around the origin that shines with `sky.exr`, a panorama."""
     return sphere((0, 0, 0), radius, "ibl_texture sky.exr", "panoramic_map 1", "normal -1",
                   *diffuse(0))  # fmt: skip
 
 
-def sky(row=None, column=40, ratio=1.0):
+def sky(row: int | None = None, column: int = 40, ratio: float = 1.0) -> dict[str, np.ndarray]:
     """A panorama of radiance 1 with one texel brighter."""
     pixels = np.ones((HEIGHT, WIDTH, 3))
     if row is not None:
@@ -27,7 +29,7 @@ def sky(row=None, column=40, ratio=1.0):
     return {"sky.exr": pixels}
 
 
-def texel_irradiance(row):
+def texel_irradiance(row: int) -> float:
     """Irradiance on a floor by a texel of radiance 1 in a row from the top.
 
     It spans the polar angles theta from +Y with 1 - theta / pi in [j, j + 1] / (h - 1), j being
@@ -39,7 +41,7 @@ def texel_irradiance(row):
 
 
 @family("radius of the dome [scene unit]", RADII, "ibldome")
-def floor_under_a_white_dome(radius):
+def floor_under_a_white_dome(radius: float) -> Case:
     """A floor of albedo 1/2 under a sky of radiance 1 has radiance 1/2."""
     camera = (0, 0.1 * radius, 0.3 * radius)
     return Case(
@@ -54,7 +56,8 @@ def floor_under_a_white_dome(radius):
     )
 
 
-def bright_texel(row, ratio):
+def bright_texel(row: int, ratio: float) -> Case:
+    """A floor under a near dome, one of whose texels is brighter than the others."""
     expected = 0.5 / math.pi * (math.pi + (ratio - 1) * texel_irradiance(row))
     # What lies below the floor makes the scene large enough for the dome to keep its parallax.
     below = sphere((0, -8, 0), 2, *diffuse(0))
@@ -63,26 +66,26 @@ def bright_texel(row, ratio):
 
 
 @family("radiance of one texel of 2048, the others 1", (1, 1e2, 1e4, 1e6, 1e8), "ibldome")
-def bright_texel_high(ratio):
+def bright_texel_high(ratio: float) -> Case:
     """A floor of albedo rho has the radiance rho / pi (pi + (ratio - 1) E), E the irradiance by a
     texel of radiance 1, here 30 degrees from the zenith, in closed form."""
     return bright_texel(6, ratio)
 
 
 @family("radiance of one texel of 2048, the others 1", (1, 1e2, 1e4, 1e6, 1e8), "ibldome")
-def bright_texel_at_the_zenith(ratio):
+def bright_texel_at_the_zenith(ratio: float) -> Case:
     """As bright texel high, in the topmost row, where texels are narrow."""
     return bright_texel(1, ratio)
 
 
 @family("radiance of one texel of 2048, the others 1", (1, 1e2, 1e4, 1e6, 1e8), "ibldome")
-def bright_texel_at_the_horizon(ratio):
+def bright_texel_at_the_horizon(ratio: float) -> Case:
     """As bright texel high, in the row above the horizon."""
     return bright_texel(16, ratio)
 
 
 @family("radiance of one texel of 2048, the others 1", (1, 1e2, 1e4, 1e6, 1e8), "envmap")
-def bright_texel_of_a_far_dome(ratio):
+def bright_texel_of_a_far_dome(ratio: float) -> Case:
     """As bright texel high, the dome so far that it is rendered as an environment map."""
     expected = 0.5 / math.pi * (math.pi + (ratio - 1) * texel_irradiance(6))
     scene = text(FLOOR, dome(1e5), camera=(0, 1, 3), angle=0.1)
@@ -90,7 +93,7 @@ def bright_texel_of_a_far_dome(ratio):
 
 
 @family("radius of the dome [scene unit]", RADII, "shadowcatcher")
-def shadow_catcher_in_the_open(radius):
+def shadow_catcher_in_the_open(radius: float) -> Case:
     """A shadow catcher that nothing shades shows the sky behind it: radiance 1."""
     floor = plane((0, 0, 0), (0, 1, 0), *diffuse(0.2), "shadow 1")
     camera = (0, 0.1 * radius, 0.3 * radius)

@@ -1,10 +1,14 @@
 """Lamps of all sizes, heights and distances."""
 
+from __future__ import annotations
+
 import math
+from typing import Any
 
 import numpy as np
 
 from relume.workbench.cells.dictionaries import camera, rgb
+from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.scenes import (
     PATHS,
     diffuse,
@@ -15,19 +19,18 @@ from relume.workbench.cells.scenes import (
     thing,
     uvplane,
 )
-from relume.workbench.stability_cells import Case, family
 
 FLOOR = plane((0, 0, 0), (0, 1, 0), *diffuse(0.5))
 BLACK = ("color 0 0 0", "reflection diffuse")
 
 
-def floor_seen(*objects, angle=0.5, **keywords):
+def floor_seen(*objects: str, angle: float = 0.5, **keywords: Any) -> str:
     """The floor at the origin, seen from the height 1 and the distance 3 along +Z."""
     return text(FLOOR, *objects, camera=(0, 1, 3), angle=angle, **keywords)
 
 
 @family("angle that the lamp subtends [rad]", (1e-5, 1e-4, 1e-3, 0.01, 0.1, 1), *PATHS)
-def sun(angle):
+def sun(angle: float) -> Case:
     """A sphere lamp of radiance L overhead that subtends 2 sigma gives a floor of albedo rho the
     radiance rho L sin²(sigma) = 1/2, however small it is."""
     radius = 100 * math.sin(angle / 2)
@@ -36,7 +39,7 @@ def sun(angle):
 
 
 @family("elevation of the lamp [degree]", (90, 45, 10, 1, 0.1, 0.01), *PATHS)
-def low_sun(elevation):
+def low_sun(elevation: float) -> Case:
     """A sphere lamp whose centre stands at the elevation e, all of it above the horizon: the
     floor has the radiance rho L sin²(sigma) sin(e) = 1/2."""
     e = math.radians(elevation)
@@ -47,7 +50,7 @@ def low_sun(elevation):
     return Case(floor_seen(lamp, angle=0.1), 0.5)
 
 
-def square_factor(side, distance):
+def square_factor(side: float, distance: float) -> float:
     """Form factor from a point to a parallel square above it, its centre over the point (Howell,
     A Catalog of Radiation Heat Transfer Configuration Factors, B-4: four such quarters)."""
     a = side / 2 / distance
@@ -55,7 +58,7 @@ def square_factor(side, distance):
 
 
 @family("height over side of the lamp", (1e-4, 1e-3, 1e-2, 0.1, 1, 10, 100, 1e3), *PATHS)
-def panel(height):
+def panel(height: float) -> Case:
     """A square lamp of radiance L parallel to the floor gives it rho L F with the form factor of a
     square; F = 1 as the lamp covers the floor."""
     half = 1 / 2
@@ -67,7 +70,7 @@ def panel(height):
 
 
 @family("ratio of the lamps' powers", (1, 1e2, 1e4, 1e6, 1e8), *PATHS)
-def bright_lamp_out_of_sight(ratio):
+def bright_lamp_out_of_sight(ratio: float) -> Case:
     """A lamp overhead gives the floor 1/2; another one, `ratio` times as strong, stands below the
     floor and gives it nothing."""
     lamp = sphere((0, 4, 0), 0.5, emission(64), *BLACK)
@@ -76,7 +79,7 @@ def bright_lamp_out_of_sight(ratio):
 
 
 @family("radius [scene unit]", (1e-3, 1e-2, 0.1, 1, 100, 1e4, 1e6), "twosidedarea")
-def shining_dome(radius):
+def shining_dome(radius: float) -> Case:
     """A hemisphere that emits 1 fills the sky of the floor's centre: radiance rho = 1/2."""
     dome = thing(f"hemisphere 0 0 0 {radius:.17g}", emission(1), *BLACK)
     seen_from = (0, 0.1 * radius, 0.3 * radius)
@@ -84,7 +87,7 @@ def shining_dome(radius):
 
 
 @family("height [scene unit]", (1e-4, 1e-2, 1, 100, 1e4, 1e6), "twosidedarea")
-def shining_plane(height):
+def shining_plane(height: float) -> Case:
     """An infinite plane that emits 1 fills the sky of the floor: radiance rho = 1/2. It is made of
     a square 200 times as wide as it is high, which lacks 1e-4 of that."""
     sky = plane((0, height, 0), (0, -1, 0), emission(1), *BLACK)
@@ -93,7 +96,7 @@ def shining_plane(height):
 
 
 @family("radius [scene unit]", (1e-3, 1e-2, 0.1, 1, 100, 1e4, 1e6), "twosidedarea")
-def shining_sphere_from_inside(radius):
+def shining_sphere_from_inside(radius: float) -> Case:
     """Inside a stock sphere of albedo 1/2 that emits 1 to both sides: L = 1 + L / 2 = 2."""
     scene = {
         "type": "scene",
@@ -110,7 +113,7 @@ def shining_sphere_from_inside(radius):
 
 
 @family("brightest texel over the others", (1, 1e2, 1e4, 1e6, 1e8), "twosidedarea")
-def bright_texel_of_a_panel(ratio):
+def bright_texel_of_a_panel(ratio: float) -> Case:
     """A wall that shines by a picture: rho / pi times the integral of L cos cos' / d² over it, on a
     fine grid. Of 17 x 17 texels 16 x 16 are met: not the top row and not the last column."""
     texels = np.ones((17, 17))

@@ -1,7 +1,10 @@
 """Giant spheres as rooms and floors, infinite planes, and surfaces that coincide."""
 
+from __future__ import annotations
+
 import math
 
+from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.scenes import (
     PATHS,
     box,
@@ -13,7 +16,6 @@ from relume.workbench.cells.scenes import (
     uvplane,
 )
 from relume.workbench.cells.sizes import OFFSETS, RADII, WHITE_SKY
-from relume.workbench.stability_cells import Case, family
 
 GIANTS = (10, 100, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8)
 SIDES = tuple(tuple(sign * (k == axis) for k in range(3)) for axis in range(3) for sign in (-1, 1))
@@ -21,7 +23,7 @@ SIDES = tuple(tuple(sign * (k == axis) for k in range(3)) for axis in range(3) f
 
 
 @family("radius of the walls, half side 1", GIANTS, "giant spheres")
-def room_of_spheres(radius):
+def room_of_spheres(radius: float) -> Case:
     """Six spheres of albedo 1/2 that emit 1 bound the view on all sides: L = 1 + L / 2 = 2."""
     walls = [
         sphere([(1 + radius) * x for x in n], radius, *diffuse(0.5), emission(1)) for n in SIDES
@@ -30,7 +32,7 @@ def room_of_spheres(radius):
 
 
 @family("radius, camera at the height 1", GIANTS, "giant spheres")
-def ground_of_a_sphere(radius):
+def ground_of_a_sphere(radius: float) -> Case:
     """The top of a sphere of albedo 1/2 under a lamp as in lit floor: rho L (R/h)² = 1/2."""
     ground = sphere((0, -radius, 0), radius, *diffuse(0.5))
     lamp = sphere((0, 4, 0), 0.5, emission(64), *diffuse(0))
@@ -38,7 +40,7 @@ def ground_of_a_sphere(radius):
 
 
 @family("half side [scene unit]", RADII, "infinite planes")
-def room_of_planes(scale):
+def room_of_planes(scale: float) -> Case:
     """Six planes of albedo 1/2 that emit 1: L = 1 + L / 2 = 2."""
     walls = [
         plane([scale * x for x in n], [-x for x in n], *diffuse(0.5), emission(1)) for n in SIDES
@@ -47,7 +49,7 @@ def room_of_planes(scale):
 
 
 @family("distance from the origin along each axis, half side 1", OFFSETS, "infinite planes")
-def room_of_planes_by_place(offset):
+def room_of_planes_by_place(offset: float) -> Case:
     """As room of planes: 2."""
     walls = [
         plane([offset + x for x in n], [-x for x in n], *diffuse(0.5), emission(1)) for n in SIDES
@@ -58,7 +60,7 @@ def room_of_planes_by_place(offset):
 
 
 @family("elevation of the camera [degree]", (45, 10, 1, 0.5, 0.1), "infinite planes")
-def plane_from_low_above(elevation):
+def plane_from_low_above(elevation: float) -> Case:
     """A plane of albedo 1/2 under a sky of radiance 1 has radiance 1/2 up to the horizon."""
     e = math.radians(elevation)
     floor = plane((0, 0, 0), (0, 1, 0), *diffuse(0.5))
@@ -67,7 +69,7 @@ def plane_from_low_above(elevation):
 
 
 @family("gap between the surfaces [scene unit]", (0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2), *PATHS)
-def two_floors(gap):
+def two_floors(gap: float) -> Case:
     """One floor of albedo 1/2 on another under a sky of radiance 1: whichever is met, its radiance
     is 1/2."""
     upper, lower = (
@@ -77,7 +79,7 @@ def two_floors(gap):
 
 
 @family("half side [scene unit]", RADII, *PATHS)
-def sealed_box(scale):
+def sealed_box(scale: float) -> Case:
     """A closed box under a sky of radiance 1 is dark inside: 0, in units of the sky."""
     low, high = (-scale,) * 3, (scale,) * 3
     walls = box(*diffuse(0.8), low=low, high=high)
@@ -86,7 +88,7 @@ def sealed_box(scale):
 
 
 @family("distance from the origin along each axis, half side 1", OFFSETS, *PATHS)
-def sealed_box_by_place(offset):
+def sealed_box_by_place(offset: float) -> Case:
     """As sealed box: 0."""
     walls = box(*diffuse(0.8), low=(offset - 1,) * 3, high=(offset + 1,) * 3)
     here = (offset,) * 3

@@ -4,10 +4,14 @@ The integrators are Mitsuba's own; what is measured with them is how media are t
 phase functions, and where single precision and roulette end.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 
+from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.scenes import emission, numbers, sphere, text, uvplane
-from relume.workbench.stability_cells import Case, family
 
 WALKS = ("volpath", "volpathmis")
 SKY = "1 1 1"
@@ -15,13 +19,13 @@ CHALK = ("color 1 1 1", "reflection diffuse")
 LAMP = 2.0
 
 
-def coefficients(sigma_s, sigma_a=0.0, g=0.0):
+def coefficients(sigma_s: float, sigma_a: float = 0.0, g: float = 0.0) -> dict[str, Any]:
     """Lines of a medium."""
     s, a = (numbers(sigma, sigma, sigma) for sigma in (sigma_s, sigma_a))
     return {"SCATTERING": f"0\n{s}", "ABSORBING": f"0\n{a}", "PAHASE": numbers(g)}
 
 
-def furnace(sigma, g=0.0):
+def furnace(sigma: float, g: float = 0.0) -> Case:
     """A white ball in fog that absorbs nothing under a sky of 1: it shows 1 everywhere."""
     fog = {"participatingMedia": "1"} | coefficients(sigma, 0.0, g)
     ball = sphere((0, 0, 0), 1.0, *CHALK)
@@ -29,29 +33,29 @@ def furnace(sigma, g=0.0):
 
 
 @family("sigma_s [1/scene unit]", (1e-6, 1e-3, 0.1, 1, 100, 1e4, 1e6), *WALKS)
-def fog_by_density(sigma):
+def fog_by_density(sigma: float) -> Case:
     """A white ball in fog of albedo 1 some units deep, under a sky of 1, is invisible: light is
     neither lost nor gained."""
     return furnace(sigma)
 
 
 @family("mean cosine g", (-1, -0.99, 0, 0.99, 1), *WALKS)
-def fog_by_phase_function(g):
+def fog_by_phase_function(g: float) -> Case:
     """As fog by density, for sigma_s = 0.5."""
     return furnace(0.5, g)
 
 
 @family("optical depth", (0.01, 0.1, 1, 3, 10, 20), *WALKS)
-def lamp_behind_fog(depth):
+def lamp_behind_fog(depth: float) -> Case:
     """A lamp behind 8 units of fog that absorbs has the radiance L exp(-depth) (Beer and Lambert).
-    Errors are told in units of L."""
+    Errors are in units of L."""
     fog = {"participatingMedia": "1"} | coefficients(0.0, depth / 8)
     lamp = uvplane((-50, -50, -8), (100, 0, 0), (0, 100, 0), emission(LAMP), "color 0 0 0")
     scene = text(lamp, camera=(0, 0, 0), target=(0, 0, -8), angle=0.5, **fog)
     return Case(scene, LAMP * float(np.exp(-depth)), scale=LAMP)
 
 
-def filled(index, sigma_s, sigma_a):
+def filled(index: float, sigma_s: float, sigma_a: float) -> str:
     """A ball of radius 1 filled with a medium whose scattering is simulated."""
     lines = (f"{name}\n{value}" for name, value in coefficients(sigma_s, sigma_a).items())
     return sphere(
@@ -67,26 +71,27 @@ def filled(index, sigma_s, sigma_a):
 
 
 @family("MATERIAL_SCALE", (1e-4, 1e-2, 1, 10, 100, 1e4), *WALKS)
-def white_ball_by_scale(scale):
+def white_ball_by_scale(scale: float) -> Case:
     """A ball of radius 1 whose inside scatters (sigma_s = scale, refractive index 1.3) and absorbs
     nothing is invisible under a sky of 1."""
     scene = text(filled(1.3, scale, 0.0), camera=(0, 0, 9), depth=100, BACKGROUND=SKY)
     return Case(scene, 1.0)
 
 
-def scattered_back(albedo):
+def scattered_back(albedo: float) -> float:
     """Radiance along the normal of a half space under a sky of 1: 1 - sqrt(1 - albedo) H(1).
 
     H is Chandrasekhar's function for isotropic scattering (Radiative Transfer, 1950, eq. V.31), as
     the fixed point of 1/H(m) = sqrt(1 - albedo) + albedo/2 int_0^1 m' H(m') / (m + m') dm'.
     """
     nodes, weights = np.polynomial.legendre.leggauss(64)
-    m, weights = (nodes + 1) / 2, weights / 2
-    absorbed, H = np.sqrt(1 - albedo), np.ones_like(m)
+    m, w = (nodes + 1) / 2, weights / 2
+    absorbed = float(np.sqrt(1 - albedo))
+    H: np.ndarray = np.ones_like(m)
 
-    def improved(cos):
+    def improved(cos: np.ndarray | float) -> np.ndarray:
         kernel = m / (np.reshape(cos, (-1, 1)) + m)
-        return 1 / (absorbed + albedo / 2 * kernel @ (weights * H))
+        return 1 / (absorbed + albedo / 2 * kernel @ (w * H))
 
     for _ in range(200):
         H = improved(m)
@@ -94,7 +99,7 @@ def scattered_back(albedo):
 
 
 @family("mean free path [radius]", (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6), *WALKS)
-def dense_ball(free_path):
+def dense_ball(free_path: float) -> Case:
     """In the middle of a dense ball of albedo 0.9 and refractive index 1 light returns as from a
     half space: 1 - sqrt(0.1) H(1) with Chandrasekhar's H function."""
     ball = filled(1.0, 0.9 / free_path, 0.1 / free_path)

@@ -3,10 +3,10 @@
 import pickle
 
 import numpy as np
-from relume.translator.scene_values import Matrix, Mesh, Picture
 
 from relume.cluster.serialization import pack, unpack
 from relume.fingerprint import content_hash
+from relume.translator.scene_values import Matrix, Mesh, Picture
 
 
 def test_what_arrives_is_what_was_sent(tmp_path):

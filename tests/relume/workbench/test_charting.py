@@ -27,7 +27,7 @@ def cache(tmp_path_factory):
 def measured(room, cache):
     """The chart of a small room with a glass ball."""
     methods = ("path", "volpath", "dielectric")
-    return relume.chart(room(objects=GLASS), method=methods, cache=cache, **SMALL)
+    return relume.chart(room(objects=GLASS), methods=methods, cache=cache, **SMALL)
 
 
 @pytest.fixture
@@ -56,17 +56,17 @@ def test_every_method_gets_a_curve(measured):
 
 def test_an_integrator_that_does_not_work_is_left_out_with_its_reason(room, cache):
     options = SMALL | {"runs": 8, "seconds": 2}
-    found = relume.chart(room(), method=("direct", "nope"), cache=cache, **options)
+    found = relume.chart(room(), methods=("direct", "nope"), cache=cache, **options)
     assert [c.name for c in found.curves] == ["direct"] and found.curves[0].biased()
     assert "nope" in found.skipped["nope"]
     with pytest.raises(CannotRender, match="integrator 'nope'"):
-        relume.chart(room(), method=("nope",), cache=cache, **SMALL)
+        relume.chart(room(), methods=("nope",), cache=cache, **SMALL)
 
 
 def test_pictures_are_the_same_with_the_same_seed_alone(room, cache):
     """The number of samples follows the clock, so the levels that both have are compared."""
     first, again, other = (
-        charting.chart(room(), method=("path",), cache=cache, seed=seed, **SMALL).curves[0]
+        charting.chart(room(), methods=("path",), cache=cache, seed=seed, **SMALL).curves[0]
         for seed in (0, 0, 1)
     )
     G = [made.gram[0] for made in (first, again, other)]
@@ -79,11 +79,11 @@ def test_stopping_keeps_whole_rounds(room, cache):
     """Stopped within the sixth round, five are left; within the fourth, too few."""
 
     def measure(last):
-        def watch(what, done, of):
+        def progress(what, done, of):
             return what == "render" and done >= last * of / 8
 
-        options = SMALL | {"runs": 8, "watch": watch}
-        return charting.chart(room(), method=("path",), cache=cache, **options)
+        options = SMALL | {"runs": 8, "progress": progress}
+        return charting.chart(room(), methods=("path",), cache=cache, **options)
 
     assert measure(5.5).curves[0].runs == 5
     with pytest.raises(CannotRender, match="stopped after 3 rounds of renders; 4 are needed"):
@@ -99,9 +99,17 @@ def test_the_default_size_keeps_the_shape():
 def test_references_are_unbiased_and_planned_if_they_can_be(room, cache):
     with pytest.raises(ValueError, match="runs 3"):
         relume.chart(room(), runs=3)
-    found = relume.chart(room(), method=("path",), reference="volpath", cache=cache, **SMALL)
+    found = relume.chart(room(), methods=("path",), reference="volpath", cache=cache, **SMALL)
     assert found.reference.about["method"] == "volpath"
     assert all(row.unbiased for row in methods.METHODS if row.name in ("path", "volpath"))
+
+
+def test_documents_are_charted_and_options_without_meaning_are_refused(room, cache):
+    found = relume.chart(relume.read(room(), {}), methods=("path",), cache=cache, **SMALL)
+    assert found.name == "room" and found.settings["scene"] == str(room())
+    for option in ({"spp": 4}, {"integrator": "path"}):
+        with pytest.raises(ValueError, match=f"{next(iter(option))}: the "):
+            relume.chart(room(), **option)
 
 
 def test_columns_of_the_data(measured):

@@ -1,10 +1,7 @@
-"""`relume compare`: methods that agree, methods and pictures that do not, its page and its JSON."""
+"""`relume compare`: methods that agree, methods and pictures that do not, its JSON."""
 
-import base64
 import json
 import re
-import zlib
-from html.parser import HTMLParser
 from pathlib import Path
 
 import mitsuba as mi
@@ -14,9 +11,10 @@ from click.testing import CliRunner
 
 import relume
 from relume import output
-from relume.application import CannotRender
 from relume.cli import main
-from relume.workbench import comparing, statistics
+from relume.options import RenderOptions
+from relume.session import CannotRender
+from relume.workbench import comparing, estimates, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import Comparison, Side
 
@@ -70,7 +68,7 @@ def test_path_and_volpath_agree(room, chance):
 
 @pytest.mark.false_alarms(1e-3)
 def test_a_method_that_is_2_percent_too_bright_differs(room, brighter, chance):
-    """Found in the mean, whose interval is a quarter of that; what is told covers 2 %."""
+    """Found in the mean, whose interval is a quarter of that; the reported interval covers 2 %."""
     found = comparing.compare(
         room(), with_=brighter, size=(64, 48), spp=256, seed=chance.seed()
     )
@@ -172,7 +170,7 @@ def test_runs_share_nothing_but_the_scene(room):
 def test_samples_are_those_asked_for_rounded_up_to_whole_runs(room):
     done = []
     found = comparing.compare(
-        room(), size=(8, 6), spp=30, runs=8, watch=lambda *count: done.append(count)
+        room(), size=(8, 6), spp=30, runs=8, progress=lambda *count: done.append(count)
     )
     assert (found.settings["spp"], found.settings["runs"]) == (32, 8)
     assert done == [(k, 8) for k in range(1, 9)]
@@ -180,10 +178,10 @@ def test_samples_are_those_asked_for_rounded_up_to_whole_runs(room):
 
 
 def test_stopping_keeps_the_runs_so_far(room):
-    found = comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 9)
+    found = comparing.compare(room(), size=(8, 6), spp=32, progress=lambda done, _: done == 9)
     assert found.settings["runs"] == 9 and found.settings["spp"] == 9
     with pytest.raises(CannotRender, match="stopped after 7 runs; 8 are needed"):
-        comparing.compare(room(), size=(8, 6), spp=32, watch=lambda done, _: done == 7)
+        comparing.compare(room(), size=(8, 6), spp=32, progress=lambda done, _: done == 7)
 
 
 def test_neither_side_has_an_advantage_in_the_noise():
@@ -196,7 +194,7 @@ def test_neither_side_has_an_advantage_in_the_noise():
     for _ in range(100):
         sides = []
         for name in "ab":
-            runs = statistics.Runs()
+            runs = estimates.Runs()
             for _ in range(4):
                 runs.add(rng.lognormal(sigma=2, size=(8, 8, 3)))
             sides.append(Side(name, runs.estimate(), 4, (1.0,) * 4, 0, 0))
@@ -205,76 +203,6 @@ def test_neither_side_has_an_advantage_in_the_noise():
         a, b = (side["rel_mse_of_noise"] for side in report["sides"])
         wins += a < b
     assert 27 < wins < 73
-
-
-# ---- the page
-
-
-class Elements(HTMLParser):
-    """Collects the elements of a page and the text of its scripts."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.found, self.scripts = [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        self.found.append((tag, dict(attributes)))
-
-    def handle_data(self, data):
-        if self.found and self.found[-1][0] == "script" and data.strip():
-            self.scripts.append(data)
-
-
-def unpacked(text):
-    return zlib.decompress(base64.b64decode(text))
-
-
-@pytest.fixture
-def compared(room):
-    return comparing.compare(room(name="a & <b>.txt"), size=(20, 12), spp=32)
-
-
-def test_the_page_needs_nothing_but_itself(compared):
-    text = page(compared)
-    elements = Elements(text)
-    for tag, attributes in elements.found:
-        assert tag not in ("link", "iframe", "object", "base")
-        for name in ("src", "href", "srcset", "action"):
-            assert attributes.get(name, "data:").startswith("data:")
-    policy = next(a["content"] for tag, a in elements.found if "http-equiv" in a)
-    assert "default-src 'none'" in policy and "http" not in policy
-    assert not re.search(r"@[A-Z]+@|url\(|@import|fetch\(|https?://", text)
-
-
-def test_the_page_holds_the_pictures_without_loss(compared):
-    """Linear values as half floats: relative error below 2^-11 in the range of normal halves."""
-    elements = Elements(page(compared))
-    data = json.loads(elements.scripts[0])
-    assert (data["width"], data["height"]) == (20, 12)
-    for name, side in zip(("first", "second"), compared.sides, strict=True):
-        high, low = np.frombuffer(unpacked(data["arrays"][name]), np.uint8).reshape(2, -1)
-        stored = (high.astype(np.uint16) << 8 | low).view(np.float16).astype(float)
-        mean = side.estimate.pixels.mean
-        np.testing.assert_allclose(stored.reshape(mean.shape) * data["scale"], mean, rtol=2**-11)
-    assert len(unpacked(data["arrays"]["z"])) == 20 * 12 * 2
-    pictures = [a["src"] for tag, a in elements.found if tag == "img"]
-    for picture in pictures:
-        kind, _, content = picture.partition(",")
-        assert kind == "data:image/jpeg;base64"
-        assert base64.b64decode(content).startswith(b"\xff\xd8\xff")
-    assert len(pictures) == 2
-
-
-def test_the_page_tells_verdict_figures_command_and_versions(compared):
-    text = page(compared)
-    report = compared.report()
-    assert report["text"] in text and "mitsuba" in text and "3.9.1" in text
-    assert "libLLVM" in text and "/libLLVM" not in text
-    assert "--with volpath --size 20x12 --spp 32 --runs 32 --seed 0 --dialect manual" in text
-    assert "a &amp; &lt;b&gt;.txt" in text and "<b>" not in text
-    for figure in ("relMSE, debiased", "HDR-FLIP", "threshold", "efficiency"):
-        assert figure in text
 
 
 # ---- the command
@@ -330,3 +258,32 @@ def test_errors_are_one_readable_line(invoke, room, words, status, said):
     assert result.stdout == "" and "Traceback" not in result.stderr
     if status == 1:
         assert len(result.stderr.strip().splitlines()) == 1
+
+
+# ---- documents and options
+
+
+def test_a_document_is_compared_as_its_file_is(room):
+    """The same pictures; options are a record, fields of it, or both."""
+    options = RenderOptions(size=(16, 12), spp=16, seed=3)
+    whole = comparing.compare(room(), options, with_="path", runs=8)
+    document = relume.read(room(), {})
+    parts = comparing.compare(document, size=(16, 12), spp=16, seed=3, with_="path", runs=8)
+    changed = comparing.compare(document, options, seed=4, with_="path", runs=8)
+    pictures = [f.sides[0].estimate.pixels.mean for f in (whole, parts, changed)]
+    assert np.array_equal(*pictures[:2]) and not np.array_equal(*pictures[1:])
+    assert parts.settings["scene"] == str(room()) and "--seed 3" in parts.settings["command"]
+    with pytest.raises(TypeError, match="sedd"):
+        comparing.compare(document, sedd=1)
+
+
+def test_the_variant_can_be_chosen(room):
+    """It renders, and the command repeats it."""
+    seen = []
+    small = {"size": (8, 6), "spp": 8, "runs": 8}
+    found = comparing.compare(
+        room(), variant="scalar_rgb", progress=lambda *_: seen.append(mi.variant()), **small
+    )
+    assert set(seen) == {"scalar_rgb"}
+    assert found.settings["variant"] == "scalar_rgb"
+    assert "--variant scalar_rgb --dialect manual" in found.settings["command"]

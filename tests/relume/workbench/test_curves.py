@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from relume.workbench import curves, statistics
+from relume.workbench import curves, estimates
 
 SHAPE = (12, 16, 3)
 SPP = np.array([1, 2, 4, 8, 16])
@@ -18,7 +18,7 @@ def truth(rng):
 
 def reference(rng, picture, deviation):
     """An estimate of a picture from 16 noisy ones, whose mean has a relative standard error."""
-    runs = statistics.Runs()
+    runs = estimates.Runs()
     for _ in range(16):
         runs.add(picture * (1 + 4 * deviation * rng.standard_normal(SHAPE)))
     return runs.estimate()
@@ -75,7 +75,7 @@ def test_slope_of_a_method_that_converges_slower(chance):
 
 
 @pytest.mark.false_alarms(5e-3)
-def test_bias_is_told_apart_from_noise(chance):
+def test_bias_is_distinguished_from_noise(chance):
     """To twice the 95 % interval."""
     made = curve(chance.rng(), bias=0.05)
     b, half = made.bias2()

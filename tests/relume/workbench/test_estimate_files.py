@@ -7,7 +7,7 @@ from relume import output
 from relume.accumulator import Accumulator
 from relume.passes import Pass
 from relume.workbench import estimate_files
-from relume.workbench.statistics import Runs
+from relume.workbench.estimates import Runs
 
 MADE = {"scene": "日本語.txt", "spp": 64}
 

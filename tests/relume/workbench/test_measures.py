@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relume.workbench import measures
-from relume.workbench.statistics import Estimate, Level, Runs
+from relume.workbench.estimates import Estimate, Level, Runs
 
 
 def known(mean, variance):

@@ -7,7 +7,7 @@ import pytest
 
 import relume
 from relume import translator
-from relume.application import ready
+from relume.loading import variant_and_threads
 from relume.session import CannotRender
 from relume.workbench import methods
 
@@ -79,7 +79,7 @@ def test_names_are_unique_and_found():
 def test_an_integrator_without_a_row_is_a_method_of_unknown_bias(staged):
     stage = staged()
     depth = methods.find("depth")
-    with ready(stage.translation):
+    with variant_and_threads(stage.translation):
         assert not depth.unbiased and "Depth" in stage.load(depth)[1].class_name()
         with pytest.raises(CannotRender, match="integrator 'nope'"):
             stage.load(methods.find("nope"))
@@ -90,7 +90,7 @@ def test_wrappers_stay_around_another_method(staged):
     stage = staged("luminance_cutoff\n0.5")
     planned = stage.translation.scene["integrator"]
     assert planned["type"] == "samplescale" and methods.planned(stage.translation).name == "path"
-    with ready(stage.translation):
+    with variant_and_threads(stage.translation):
         made = stage.translated(methods.find("volpath")).scene["integrator"]
     assert made["type"] == "samplescale"
     assert made["luminance_limit"] == planned["luminance_limit"]
@@ -100,7 +100,7 @@ def test_wrappers_stay_around_another_method(staged):
 def test_chains_go_around_the_wrappers(staged):
     """Chains take their paths from all that the plan has; plain methods do without them."""
     stage = staged("sensor_response\n2")
-    with ready(stage.translation):
+    with variant_and_threads(stage.translation):
         made = stage.translated(methods.find("pssmlt-lux")).scene["integrator"]
     assert made["type"] == "pssmlt" and made["mutation"] == "lux"
     assert made["paths"]["type"] == "samplescale"
@@ -108,7 +108,7 @@ def test_chains_go_around_the_wrappers(staged):
     stage = staged("metropolisTransport\n1\nsensor_response\n2")
     planned = methods.planned(stage.translation)
     assert planned.name == "pssmlt"
-    with ready(stage.translation):
+    with variant_and_threads(stage.translation):
         assert stage.translated(planned).scene == stage.translation.scene
         plain = stage.translated(methods.find("path")).scene["integrator"]
     assert plain["type"] == "samplescale" and plain["integrator"]["type"] == "path"
@@ -116,7 +116,7 @@ def test_chains_go_around_the_wrappers(staged):
 
 def test_methods_that_do_not_change_the_scene_share_it(staged):
     stage = staged(objects=GLASS_BALL)
-    with ready(stage.translation):
+    with variant_and_threads(stage.translation):
         path, volpath, stock = (
             stage.load(methods.find(name))[0] for name in ("path", "volpath", "dielectric")
         )
@@ -133,7 +133,7 @@ def test_a_method_may_render_another_document(staged):
 
     stage = staged()
     row = dataclasses.replace(methods.find("path"), name="fewer", document=emptied)
-    with ready(stage.translation):
+    with variant_and_threads(stage.translation):
         scene, _ = stage.load(row)
         whole, _ = stage.load(methods.find("path"))
     assert len(scene.shapes()) == 2 and len(whole.shapes()) == 4

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import relume
-from relume import translator
-from relume.application import ready, resized
+from relume import cache, translator
+from relume.loading import resized, variant_and_threads
 from relume.session import CannotRender
-from relume.workbench import comparing, estimate_files, methods, references, statistics
+from relume.workbench import comparing, estimate_files, estimates, methods, references
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def stage(room):
     before = mi.variant()
     document = resized(relume.read(room()), (12, 10))
     translation = translator.translate(document)
-    with ready(translation):
+    with variant_and_threads(translation):
         yield methods.Stage(document, translation)
     if before:
         mi.set_variant(before)
@@ -27,7 +27,7 @@ def stage(room):
 
 @pytest.fixture
 def made(stage, tmp_path):
-    """A function that asks for a reference and tells how many runs were rendered for it."""
+    """A function that asks for a reference and says how many runs were rendered for it."""
 
     def ask(spp=64, **options):
         rendered = []
@@ -36,7 +36,7 @@ def made(stage, tmp_path):
             methods.find("path"),
             spp,
             tmp_path / "cache",
-            watch=lambda done, _: rendered.append(done),
+            progress=lambda done, _: rendered.append(done),
             **options,
         )
         return found, len(rendered)
@@ -75,7 +75,7 @@ def test_broken_files_are_made_anew(made, tmp_path, broken):
         relume.output.write_image(path, np.ones((10, 12, 3)))
     else:
         pixels = first.estimate.pixels
-        level = statistics.Level(pixels.mean, pixels.variance * np.nan, pixels.dof)
+        level = estimates.Level(pixels.mean, pixels.variance * np.nan, pixels.dof)
         spoiled = dataclasses.replace(first.estimate, pixels=level)
         estimate_files.write(path, spoiled, 32, first.about)
     again, rendered = made()
@@ -87,7 +87,7 @@ def test_broken_files_are_made_anew(made, tmp_path, broken):
 def test_a_reference_that_was_stopped_is_used_but_not_kept(stage, tmp_path):
     def ask(last):
         path = methods.find("path")
-        return references.reference(stage, path, 64, tmp_path, watch=lambda n, _: n == last)
+        return references.reference(stage, path, 64, tmp_path, progress=lambda n, _: n == last)
 
     with pytest.raises(CannotRender, match="stopped after 7 of 32 runs"):
         ask(7)
@@ -114,11 +114,8 @@ def test_everything_that_makes_the_picture_changes_the_key(stage, monkeypatch):
 
 
 def test_the_folder_is_the_users_cache(monkeypatch):
-    monkeypatch.setattr("sys.platform", "linux")
-    monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
+    monkeypatch.setattr(cache, "folder", lambda: Path("/somewhere/relume"))
     assert references.cache_folder() == Path("/somewhere/relume/references")
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    assert references.cache_folder() == Path.home() / ".cache/relume/references"
 
 
 def test_compare_takes_a_stored_variance_at_its_word(room, made, tmp_path):
@@ -132,10 +129,10 @@ def test_compare_takes_a_stored_variance_at_its_word(room, made, tmp_path):
     assert [test["counts"] for test in report["tests"]] == [True] * 3
     stored, about = estimate_files.read(path)
     levels = {
-        name: statistics.Level(1.03 * level.mean, level.variance, level.dof)
+        name: estimates.Level(1.03 * level.mean, level.variance, level.dof)
         for name, level in vars(stored).items()
         if name != "lone"
     }
-    estimate_files.write(tmp_path / "brighter.exr", statistics.Estimate(**levels), 32, about)
+    estimate_files.write(tmp_path / "brighter.exr", estimates.Estimate(**levels), 32, about)
     differing = comparing.compare(room(), with_=str(tmp_path / "brighter.exr"), spp=512)
     assert not differing.agree

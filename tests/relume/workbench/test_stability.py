@@ -7,19 +7,22 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import relume
+from relume import translator
 from relume.cli import main
+from relume.options import RenderOptions
 from relume.workbench import stability, stability_page
-from relume.workbench.stability_cells import Case, Cell, Family, all_cells
-from relume.workbench.stability_verdict import NEGLIGIBLE, Measurement, Tally
+from relume.workbench.cells import Case, Cell, Family, all_cells
+from relume.workbench.stability_verdict import NEGLIGIBLE, Measurement, RunStatistics
 
 
-def tallied(generator, *, mean=1.0, noise=0.05, runs=16, grey=True):
+def measured(generator, *, mean=1.0, noise=0.05, runs=16, grey=True):
     """The measurement of runs of 4 x 4 Gaussian pixels with the known answer 1."""
-    tally = Tally(1.0, 1.0)
+    statistics = RunStatistics(1.0, 1.0)
     for _ in range(runs):
         picture = generator.normal(mean, noise, (4, 4, 1 if grey else 3))
-        tally.add(np.broadcast_to(picture, (4, 4, 3)))
-    return tally.measurement()
+        statistics.add(np.broadcast_to(picture, (4, 4, 3)))
+    return statistics.measurement()
 
 
 @pytest.fixture
@@ -35,20 +38,20 @@ def test_verdicts_follow_error_and_noise(generator):
     """The interval of the mean is ± 4.1 noise / 16, so that these are twenty widths from a limit,
     but for the first, which is exact with the probability 99.9 %, and the last, which no value
     below 0 may make fail."""
-    assert tallied(generator, noise=0.01).verdict == "exact"
-    assert tallied(generator, mean=1.02, noise=0.001).verdict == "degrades"
-    assert tallied(generator, mean=0.9, noise=0.001).verdict == "fails"
-    noisy = tallied(generator, noise=0.15)
+    assert measured(generator, noise=0.01).verdict == "exact"
+    assert measured(generator, mean=1.02, noise=0.001).verdict == "degrades"
+    assert measured(generator, mean=0.9, noise=0.001).verdict == "fails"
+    noisy = measured(generator, noise=0.15)
     assert noisy.verdict == "degrades" and noisy.text().startswith("degrades: noisy, ")
 
 
 def test_rounding_is_no_error():
     """Without noise, errors below `NEGLIGIBLE` count as none and those above as errors."""
     for error, verdict in ((0.9, "exact"), (1.1, "degrades")):
-        tally = Tally(2.0, 2.0)
+        statistics = RunStatistics(2.0, 2.0)
         for _ in range(8):
-            tally.add(np.full((4, 4, 3), 2 * (1 + error * NEGLIGIBLE)))
-        assert tally.measurement().verdict == verdict
+            statistics.add(np.full((4, 4, 3), 2 * (1 + error * NEGLIGIBLE)))
+        assert statistics.measurement().verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -58,13 +61,13 @@ def test_rounding_is_no_error():
 )  # fmt: skip
 def test_one_bad_value_fails(value, share, text):
     """One of 8 x 48 values, in a cell that would see an error of 1 % and has none to see."""
-    tally = Tally(1.0, 1.0)
+    statistics = RunStatistics(1.0, 1.0)
     for run in range(8):
         picture = np.ones((4, 4, 3))
         if run == 0:
             picture[0, 0, 0] = value
-        tally.add(picture)
-    found = tally.measurement()
+        statistics.add(picture)
+    found = statistics.measurement()
     assert found.verdict == "fails" and found.silent
     assert getattr(found, share) == pytest.approx(1 / 384)
     assert text in found.text()
@@ -77,20 +80,20 @@ def test_a_failure_that_is_said_is_not_silent():
     assert not Measurement(error=0.02).silent
 
 
-def test_fireflies_are_told_in_units_of_the_answer():
-    tally = Tally(0.5, 0.5)
+def test_fireflies_are_in_units_of_the_answer():
+    statistics = RunStatistics(0.5, 0.5)
     for pixel in (0.5, 30.0):
         picture = np.full((4, 4, 3), 0.5)
         picture[1, 2] = pixel
-        tally.add(picture)
-    assert tally.measurement().firefly == pytest.approx(60)
+        statistics.add(picture)
+    assert statistics.measurement().firefly == pytest.approx(60)
 
 
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("grey", [True, False])
 def test_false_alarms(generator, grey, chance):
     """At most 1 in 1000, of 1000 reruns of an exact method."""
-    found = [tallied(generator, grey=grey) for _ in range(1000)]
+    found = [measured(generator, grey=grey) for _ in range(1000)]
     alarms = sum(abs(m.error) > m.half_width for m in found)
     chance.rare(alarms, 1000, 1e-3)
 
@@ -98,8 +101,8 @@ def test_false_alarms(generator, grey, chance):
 @pytest.mark.false_alarms(1e-3)
 def test_what_a_cell_sees_it_finds(generator, chance):
     """An error as large as `sees` is found with the probability 95 %; 94 % are judged."""
-    error = np.mean([tallied(generator).sees for _ in range(200)])
-    found = [tallied(generator, mean=1 + error) for _ in range(400)]
+    error = np.mean([measured(generator).sees for _ in range(200)])
+    found = [measured(generator, mean=1 + error) for _ in range(400)]
     chance.rare(sum(m.verdict == "exact" for m in found), 400, 0.06)
 
 
@@ -186,6 +189,71 @@ def test_a_refused_scene_says_so():
     text, plugin = (stability.measure(Cell(row, name, "parallelbeam")) for name in scenes)
     for found, said in ((text, "IMAGE"), (plugin, "must span space")):
         assert found.refused and said in found.said and not found.silent
+
+
+# ---- a given scene
+
+
+SKY = "IMAGE\n320 240\nSAMPLING\n1\nSUPERSAMPLING\n1\nBACKGROUND\n0.2 0.4 0.6\n"
+
+
+@pytest.mark.parametrize(
+    "expected, verdict", [((0.2, 0.4, 0.6), "exact"), ((0.2, 0.39, 0.6), "degrades"),
+                          (0.4, "fails")],
+)  # fmt: skip
+def test_a_given_scene_is_a_cell_for_each_method(expected, verdict):
+    """A sky alone has no noise: an error is what the stated answer is off, over its largest
+    channel, 0.01 / 0.6 of the second, 0.2 / 0.4 of the third."""
+    document = translator.read_text(SKY, "sky.txt", {})
+    found = relume.stability(document, expected=expected, methods=("path", "volpath"), spp=2)
+    assert [cell.name for cell, _ in found.results] == ["path/sky/as given", "volpath/sky/as given"]
+    for _, measured_ in found.results:
+        assert measured_.verdict == verdict
+        assert measured_.samples == 16 * 2 * 160 * 120
+    off = {"exact": 0, "degrades": 0.01 / 0.6, "fails": -0.5}[verdict]
+    assert abs(found.results[0][1].error) == pytest.approx(abs(off), abs=1e-5)
+
+
+def test_by_default_all_methods_that_can_render_the_scene(room):
+    cells = stability.cells_of(relume.read(room(), {}), RenderOptions(), 1.0, ())
+    assert [cell.method for cell in cells][:2] == ["path", "volpath"]
+    assert {"pssmlt", "erpt"} <= {cell.method for cell in cells}
+
+
+def test_a_method_that_does_not_exist_is_refused_and_says_so():
+    document = translator.read_text(SKY, "sky.txt", {})
+    found = relume.stability(document, expected=0.4, methods=("nope",))
+    ((_, measurement),) = found.results
+    assert measurement.refused and "nope" in measurement.said and not found.silent
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ({"expected": 1.0}, "expected: name the scene"),
+        ({"spp": 3}, "spp: the cells of the grid have their own"),
+        ({"scene": True}, "expected None: the mean radiance"),
+        ({"scene": True, "expected": (1, 2)}, "one number or three"),
+        ({"scene": True, "expected": -1}, "the mean radiance"),
+        ({"scene": True, "expected": 1, "cells": ("x",)}, "cells: patterns"),
+        ({"scene": True, "expected": 1, "integrator": "path"}, "integrator: the integrators are"),
+    ],
+)
+def test_what_has_no_meaning_is_refused(arguments, said):
+    if arguments.get("scene"):
+        arguments = arguments | {"scene": translator.read_text(SKY, "sky.txt", {})}
+    with pytest.raises(ValueError, match=said):
+        relume.stability(**arguments)
+
+
+def test_stopping_keeps_the_cells_so_far():
+    done = []
+    found = relume.stability(
+        methods=("path",),
+        cells=("grey ball/*",),
+        progress=lambda *count: done.append(count) or len(done) == 2,
+    )
+    assert len(found.results) == 2 and done == [(1, 11), (2, 11)]
 
 
 # ---- command and page

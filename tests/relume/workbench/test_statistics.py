@@ -1,4 +1,4 @@
-"""Statistics of pictures: exact small cases, honest false alarms, power, noise of a lone picture.
+"""Statistics of pictures: exact small cases, false alarms as stated, power, a lone picture's noise.
 
 `RATE` is the rate of false alarms that is asked for. How many of 200 pairs raise one is judged by
 the binomial law, and so is how many differences are found of those that ought to be.
@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from relume.workbench import statistics
-from relume.workbench.statistics import Level, Runs
+from relume.workbench import estimates, statistics
+from relume.workbench.estimates import Level, Runs
 
 RATE = 0.01
 PAIRS = 200
@@ -38,7 +38,7 @@ def test_mean_and_variance_of_each_level():
     rng = np.random.default_rng(1)
     pictures = rng.random((5, 24, 30, 3))
     estimate = gathered(iter(pictures).__next__, 5)
-    blocks = np.array([statistics.block_means(picture) for picture in pictures])
+    blocks = np.array([estimates.block_means(picture) for picture in pictures])
     whole = pictures.mean(axis=(1, 2), keepdims=True)[:, 0]
     for level, values in (
         (estimate.pixels, pictures),
@@ -53,18 +53,19 @@ def test_mean_and_variance_of_each_level():
 def test_blocks_at_the_edges_are_smaller():
     picture = np.zeros((10, 9, 3))
     picture[8:, 8:] = 1
-    assert statistics.block_side(10, 9) == 4
-    assert statistics.block_sizes(10, 9).tolist() == [[16, 16, 4], [16, 16, 4], [8, 8, 2]]
-    means = statistics.block_means(picture)
+    assert estimates.block_side(10, 9) == 4
+    assert estimates.block_sizes(10, 9).tolist() == [[16, 16, 4], [16, 16, 4], [8, 8, 2]]
+    means = estimates.block_means(picture)
     assert means.shape == (3, 3, 3) and means[2, 2, 0] == 1 and means.sum() == 3
-    np.testing.assert_array_equal(statistics.from_blocks(means, (10, 9)), picture)
+    np.testing.assert_array_equal(estimates.from_blocks(means, (10, 9)), picture)
 
 
 def test_the_score_has_the_tail_of_students_t():
-    """Critical values of two-sided 1 % and 0.1 % from the standard tables of t."""
-    for dof, t, level in ((3, 5.84091, 0.01), (7, 3.49948, 0.01), (30, 3.64596, 0.001)):
+    """Critical values of two-sided 5, 1 and 0.1 % from the standard tables of t."""
+    rows = ((1, 12.7062, 0.05), (3, 5.84091, 0.01), (7, 3.49948, 0.01), (30, 3.64596, 0.001))
+    for dof, t, level in rows:
         z = statistics.normal_score(t, dof)
-        assert math.erfc(z / math.sqrt(2)) == pytest.approx(level, rel=3e-3)
+        assert math.erfc(z / math.sqrt(2)) == pytest.approx(level, rel=2e-5)
         assert statistics.normal_score(-t, dof) == -z
 
 
@@ -80,10 +81,21 @@ def test_the_score_far_in_the_tail():
     assert math.erfc(z / math.sqrt(2)) / 2 == pytest.approx(tail, rel=1e-3)
 
 
+@pytest.mark.parametrize("dof", [40.0, 200.0, 1e9])
+def test_scores_where_the_tail_probability_underflows(dof):
+    """They grow evenly across that place, and stay numbers: steps of log t change the slope of z
+    over log t by no more than their size."""
+    t = np.geomspace(20, 1e12, 2000)
+    steps = np.diff(statistics.normal_score(t, dof)) / np.diff(np.log(t))
+    assert np.isfinite(steps).all() and (steps > 0).all()
+    np.testing.assert_allclose(steps[1:], steps[:-1], rtol=0.03)
+
+
 def test_half_widths_are_those_of_students_t():
-    """t for 95 %: 2.36462 at 7 degrees of freedom, 1.95996 at very many."""
-    widths = statistics.half_width(np.array([4.0, 1.0]), np.array([7.0, 1e9]), 0.95)
-    np.testing.assert_allclose(widths, [2 * 2.36462, 1.95996], rtol=1e-4)
+    """t for 95 %: 4.30265 at 2 degrees of freedom, 2.36462 at 7, 1.95996 at very many."""
+    variances, dof = np.array([1.0, 4.0, 1.0]), np.array([2.0, 7.0, 1e9])
+    widths = statistics.half_width(variances, dof, 0.95)
+    np.testing.assert_allclose(widths, [4.30265, 2 * 2.36462, 1.95996], rtol=3e-6)
 
 
 def test_sidaks_threshold():
@@ -240,7 +252,7 @@ def test_noise_of_a_lone_picture(chance, level):
     deviation = np.where(np.arange(64) % 2, 0.3, 0.1)[:, None]
     for _ in range(48):
         other = gathered(lambda: rng.normal(1, 3 * deviation, shape))
-        estimate = statistics.from_picture(rng.normal(1, deviation, shape), other)
+        estimate = estimates.from_picture(rng.normal(1, deviation, shape), other)
         columns = (estimate.pixels.variance[:, k::2].mean() for k in (0, 1))
         found.append([*columns, estimate.whole.variance.mean() * (48 * 64)])
     r, share = 2 / 31, np.array([0.1, 0.9])
@@ -258,7 +270,7 @@ def test_false_alarms_against_a_lone_picture(noise, chance):
     false = 0
     for _ in range(pairs):
         other = gathered(lambda: ramp * rng.exponential(1, SHAPE))
-        false += bool(alarms(other, statistics.from_picture(ramp * draw(rng), other)))
+        false += bool(alarms(other, estimates.from_picture(ramp * draw(rng), other)))
     chance.rare(false, pairs, RATE)
 
 
@@ -267,7 +279,7 @@ def test_a_step_between_the_pictures_numbers_is_no_difference(steps, found):
     """A flat picture, cut to whole steps as RGBE does, against one that is exact."""
     exact = gathered(lambda: np.full(SHAPE, 0.4), 8)
     cut = np.full(SHAPE, 0.4 - steps / 256)
-    assert alarms(exact, statistics.from_picture(cut, exact, 1 / 256)) == found
+    assert alarms(exact, estimates.from_picture(cut, exact, 1 / 256)) == found
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -279,7 +291,7 @@ def test_a_lone_picture_that_is_1_percent_too_bright_is_found(chance):
     for _ in range(20):
         other = gathered(lambda: rng.gamma(32, 1 / 32, shape))
         picture = rng.normal(1.01, 0.1, shape)
-        found += "whole" in alarms(other, statistics.from_picture(picture, other))
+        found += "whole" in alarms(other, estimates.from_picture(picture, other))
     chance.rare(20 - found, 20, 0.1)
 
 
@@ -287,6 +299,6 @@ def test_a_lone_picture_that_is_1_percent_too_bright_is_found(chance):
 def test_the_smallest_pictures(shape):
     rng = np.random.default_rng(23)
     a = gathered(lambda: rng.random(shape), 8)
-    b = statistics.from_picture(np.full(shape, 0.5), a)
+    b = estimates.from_picture(np.full(shape, 0.5), a)
     for level in statistics.all_levels(a, b, RATE).values():
         assert np.isfinite(level.z).all()

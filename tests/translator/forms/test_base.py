@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+
 import relume.translator
 from relume.translator.document import Document
 from relume.translator.forms.base import Form, LineForm, assign

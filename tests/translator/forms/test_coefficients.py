@@ -1,6 +1,7 @@
 """Coefficients of media (sections 10.1 and 10.2)."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 

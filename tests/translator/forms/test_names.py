@@ -1,6 +1,7 @@
 """Names of files and of measured materials (sections 10.3 and 13.5)."""
 
 import pytest
+
 from relume.translator import parse, read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.materials_table import MATERIALS

@@ -1,6 +1,7 @@
 """Numbers, whole numbers and switches, also from environment variables (section 2)."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 

@@ -1,6 +1,7 @@
 """Mean cosines of phase functions (section 10.1)."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 

@@ -1,6 +1,7 @@
 """What the `reflection` lines of an object add up to (section 8)."""
 
 import pytest
+
 from relume.translator import parse, read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.forms.reflections import Reflection

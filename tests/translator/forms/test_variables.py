@@ -1,6 +1,7 @@
 """Variables that a file defines (section 2)."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import Sphere

@@ -1,6 +1,7 @@
 """Parameters of the Ward model (section 8.5)."""
 
 import pytest
+
 from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 

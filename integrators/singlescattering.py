@@ -1,27 +1,31 @@
-"""Inside a translucent object: free flight, the phase function, and the way out."""
+"""Single scattering in a translucent object: free flight, phase function, and the way out."""
+
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
+
 from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import component, pick, transmitted
+from relume.integrators.diffusion import component, fresnel_transmission, sample_channel
+from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
 MAX_G = 0.999
-"""Largest |g| of the phase function: beyond, its peak exceeds what float32 resolves."""
+"""Largest magnitude of g in the phase function: beyond, its peak exceeds what float32 resolves."""
 
 
-def no_medium():
+def no_medium() -> SubsurfaceMedium:
     """The `SubsurfaceMedium` of lanes that have none."""
     zero = mi.Spectrum(0)
     one, none = mi.Float(1), mi.Float(0)
     return SubsurfaceMedium(zero, mi.Spectrum(0), mi.Spectrum(0), one, none, mi.Spectrum(0))
 
 
-def clamped(g):
+def clamped(g: mi.Spectrum) -> mi.Spectrum:
     """Return the mean cosine as the phase function takes it."""
     return dr.clip(g, -MAX_G, MAX_G)
 
 
-def phase(medium, cos):
+def phase(medium: SubsurfaceMedium, cos: mi.Float) -> mi.Spectrum:
     """Return Henyey and Greenstein's phase function per channel [1/sr].
 
     Args:
@@ -29,17 +33,22 @@ def phase(medium, cos):
         cos: cosine between the directions of travel before and after.
     """
     g = clamped(medium.g)
-    square = dr.maximum(dr.fma(g, g - 2 * cos, 1), 1e-7)
-    return 0.25 * dr.inv_pi * (1 - g * g) / (square * dr.sqrt(square))
+    return mi.Spectrum(henyey_greenstein(g, 1 - dr.mulsign(mi.Spectrum(cos), g)))
 
 
-def phase_mixture(medium, throughput, cos):
+def phase_mixture(medium: SubsurfaceMedium, throughput: mi.Spectrum, cos: mi.Float) -> mi.Float:
     """Return the density of `sample_phase` [1/sr], at the cosine of its two directions."""
-    _, p = pick(throughput, mi.Float(0))
+    _, p = sample_channel(throughput, mi.Float(0))
     return dr.sum(p * phase(medium, cos))
 
 
-def sample_phase(medium, throughput, d, sample1, sample2):
+def sample_phase(
+    medium: SubsurfaceMedium,
+    throughput: mi.Spectrum,
+    d: mi.Vector3f,
+    sample1: mi.Float,
+    sample2: mi.Point2f,
+) -> mi.Vector3f:
     """Draw a direction of travel by the phase function of one channel.
 
     Args:
@@ -49,17 +58,17 @@ def sample_phase(medium, throughput, d, sample1, sample2):
         sample1: uniform variate for the channel.
         sample2: ``mi.Point2f``, uniform variates for the direction.
     """
-    channel, _ = pick(throughput, sample1)
+    channel, _ = sample_channel(throughput, sample1)
     g = component(clamped(medium.g), channel)
-    x = (1 - g * g) / (1 - g + 2 * g * sample2.x)
-    steep = (1 + g * g - x * x) / dr.select(g == 0, 1, 2 * g)
-    cos = dr.clip(dr.select(dr.abs(g) < 1e-3, 1 - 2 * sample2.x, steep), -1, 1)
+    cos = dr.mulsign(1 - sample_henyey_greenstein(g, sample2.x), g)
     sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
     sin = dr.safe_sqrt(1 - cos * cos)
     return mi.Frame3f(d).to_world(mi.Vector3f(sin * cos_phi, sin * sin_phi, cos))
 
 
-def flight(medium, throughput, distance, sample):
+def sample_distance(
+    medium: SubsurfaceMedium, throughput: mi.Spectrum, distance: mi.Float, sample: mi.Point2f
+) -> tuple[mi.Bool, mi.Float, mi.Spectrum]:
     """Draw where a path inside scatters, with the channels weighed by the throughput.
 
     Args:
@@ -72,7 +81,7 @@ def flight(medium, throughput, distance, sample):
         (whether it scatters, distance to the point, weight).
     """
     sigma_t = medium.sigma_s + medium.sigma_a
-    channel, p = pick(throughput, sample.x)
+    channel, p = sample_channel(throughput, sample.x)
     s = -dr.log(1 - sample.y) / dr.maximum(component(sigma_t, channel), 1e-30)
     scatters = s < distance
     s = dr.minimum(s, distance)
@@ -82,7 +91,9 @@ def flight(medium, throughput, distance, sample):
     return scatters, s, dr.select(pdf > 0, weight / dr.select(pdf > 0, pdf, 1), 0)
 
 
-def out(medium, si, w, before):
+def leave_straight(
+    medium: SubsurfaceMedium, si: mi.SurfaceInteraction3f, w: mi.Vector3f, before: mi.Vector3f
+) -> mi.Spectrum:
     """Follow a path that has scattered inside straight out of the boundary.
 
     Args:
@@ -96,7 +107,7 @@ def out(medium, si, w, before):
         `relume.integrators.dipole`).
     """
     cos = dr.dot(w, si.sh_frame.n)
-    F_t, cos_t = transmitted(dr.maximum(cos, 0), medium.eta)
+    F_t, cos_t = fresnel_transmission(dr.maximum(cos, 0), medium.eta)
     bent = dr.fma(si.sh_frame.n, cos_t - cos / medium.eta, w / medium.eta)
     ratio = cos / dr.maximum(cos_t, 1e-6)
     T = dr.exp(-(medium.sigma_s + medium.sigma_a) * si.t * ratio)

@@ -1,4 +1,4 @@
-"""Makes the pictures and meshes that the example scenes use: `python scenes/make_assets.py`."""
+"""Makes the pictures and meshes that the example scenes use: `python studies/scene_assets.py`."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from PIL import Image
 
 from relume.output import write_image
 
-FOLDER = Path(__file__).parent / "assets"
+FOLDER = Path(__file__).parents[1] / "scenes" / "assets"
 
 
 def tiles():

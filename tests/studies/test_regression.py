@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from relume.session import Session
-from relume.workbench import estimate_files, regression
+from relume.workbench import estimate_files
+from studies import regression
 
 
 @pytest.fixture(scope="module")

@@ -1,29 +1,42 @@
-"""Finds the translucent materials of a scene."""
+"""The translucent materials of a scene, and their media."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from relume.integrators.inside import no_medium
+
+from relume.bsdfs.subsurface import SubsurfaceMedium
+from relume.integrators.singlescattering import no_medium
 
 
-class Media:
-    """The translucent materials of a scene, as known before the kernel is traced."""
+class TranslucentMaterials:
+    """The translucent materials of a scene, as known before the kernel is traced.
 
-    def __init__(self, scene):
+    Attributes:
+        inner: from the material of a shape to the `subsurface` in it.
+        has_blends: whether some material has more than its `subsurface` in it.
+        refract: whether paths run on inside some material, which those of level -2 do not allow.
+    """
+
+    def __init__(self, scene: mi.Scene) -> None:
         self.inner = {}
-        self.mixed = False
+        self.has_blends = False
         for outer in outermost_materials(scene):
             leaves = list(leaf_materials(outer))
             translucent = [leaf for leaf in leaves if hasattr(leaf, "medium")]
             if translucent:
                 self.inner[outer] = translucent[0]
-                self.mixed |= len(leaves) > 1
-        self.passable = any(bsdf.level == -1 for bsdf in self.inner.values())
+                self.has_blends |= len(leaves) > 1
+        self.refract = any(bsdf.level == -1 for bsdf in self.inner.values())
 
     def __bool__(self):
         return bool(self.inner)
 
-    def translucent(self, bsdf):
+    def translucent(self, bsdf: mi.BSDFPtr) -> mi.BSDFPtr:
         """Return the ``mi.BSDFPtr`` of what is translucent in a mask, a bump map and the like."""
         pairs = [
             [dr.reinterpret_array(mi.UInt32, mi.BSDFPtr(b))[0] for b in pair]
@@ -39,7 +52,7 @@ class Media:
         return dr.reinterpret_array(mi.BSDFPtr, index)
 
 
-def nested(parent, kind):
+def nested(parent: mi.Object, kind: type) -> list[Any]:
     """The objects of a kind directly below `parent`."""
 
     class Collector(mi.TraversalCallback):
@@ -56,7 +69,7 @@ def nested(parent, kind):
     return collector.found
 
 
-def outermost_materials(parent):
+def outermost_materials(parent: mi.Object) -> set[Any]:
     """The BSDFs of all shapes below `parent`, those of instances included."""
     materials = set(nested(parent, mi.BSDF))
     for shape in nested(parent, mi.Shape):
@@ -64,7 +77,7 @@ def outermost_materials(parent):
     return materials
 
 
-def leaf_materials(bsdf):
+def leaf_materials(bsdf: mi.BSDF) -> Iterator[mi.BSDF]:
     """Yield the BSDFs below `bsdf` that have none below them, itself if it has none."""
     children = nested(bsdf, mi.BSDF)
     if not children:
@@ -73,6 +86,6 @@ def leaf_materials(bsdf):
         yield from leaf_materials(child)
 
 
-def medium_of(bsdf, si, active):
+def medium_of(bsdf: mi.BSDF, si: mi.SurfaceInteraction3f, active: mi.Bool) -> SubsurfaceMedium:
     """The `SubsurfaceMedium` of one BSDF, for ``dr.dispatch``."""
     return bsdf.medium(si, active) if hasattr(bsdf, "medium") else no_medium()

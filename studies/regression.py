@@ -5,18 +5,24 @@ by far more samples with seeds of its own, stored with its variance (`estimate_f
 but noise separates the two unless the renderer has changed.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy import special
 
 from relume import translator
-from relume.application import read, ready, resized
+from relume.application import read
 from relume.fingerprint import file_hash
+from relume.loading import resized, variant_and_threads
 from relume.workbench import estimate_files, methods, references, statistics
 from relume.workbench.comparing import render_in_turn
 from relume.workbench.comparison import Side
+from relume.workbench.estimates import Estimate, Level
 
 PIXELS = 48 * 36
 """About so many pixels has the picture, in the scene's own proportions."""
@@ -45,16 +51,16 @@ class Check:
     """A scene's picture beside its reference.
 
     Attributes:
-        side: `Side` of the picture.
-        reference: `statistics.Estimate`.
+        side: the picture.
+        reference: what it is tested against.
         about: how the reference was made.
     """
 
     side: Side
-    reference: statistics.Estimate
+    reference: Estimate
     about: dict
 
-    def scores(self, rate=RATE):
+    def scores(self, rate: float = RATE) -> dict[str, statistics.Scores]:
         """Tests of the whole picture, its blocks and pixels.
 
         Args:
@@ -65,7 +71,7 @@ class Check:
         """
         return statistics.all_levels(self.side.estimate, self.reference, rate)
 
-    def smallest_errors(self, rate=RATE):
+    def smallest_errors(self, rate: float = RATE) -> tuple[np.ndarray, np.ndarray]:
         """The relative errors of the means that are found with probability `POWER`.
 
         Args:
@@ -83,18 +89,18 @@ class Check:
         )
 
 
-def _smallest(a, b, threshold):
+def _smallest(a: Level, b: Level, threshold: float) -> np.ndarray:
     """Relative difference of two levels whose score is above `threshold` with power `POWER`."""
     d = statistics.difference(a, b)
-    level = 2 * statistics.NORMAL.cdf(-threshold)
+    level = 2 * special.ndtr(-threshold)
     critical = statistics.half_width(d.variance, d.dof, 1 - level)
-    margin = statistics.NORMAL.inv_cdf(POWER) * np.sqrt(d.variance)
+    margin = special.ndtri(POWER) * np.sqrt(d.variance)
     mean = np.abs(b.mean)
     return np.divide(critical + margin, mean, out=np.full_like(mean, np.inf), where=mean > 0)
 
 
 @contextmanager
-def staged(scene):
+def staged(scene: str | Path) -> Iterator[tuple[methods.Stage, methods.Method]]:
     """Context in which the small picture of a scene can be rendered.
 
     Args:
@@ -106,18 +112,18 @@ def staged(scene):
     document = read(scene, {})
     document = resized(document, small(document.image))
     translation = translator.translate(document)
-    with ready(translation):
+    with variant_and_threads(translation):
         yield methods.Stage(document, translation), methods.planned(translation)
 
 
-def small(size):
+def small(size: tuple[int, int]) -> tuple[int, int]:
     """A size of about `PIXELS` pixels with the proportions of `size`."""
     width, height = size
     factor = (PIXELS / (width * height)) ** 0.5
     return max(1, round(width * factor)), max(1, round(height * factor))
 
 
-def make(scene, path, spp=REFERENCE_SPP):
+def make(scene: str | Path, path: str | Path, spp: int = REFERENCE_SPP) -> None:
     """Make the reference of a scene, and find how many samples its checks take.
 
     Args:
@@ -136,12 +142,12 @@ def make(scene, path, spp=REFERENCE_SPP):
     estimate_files.write(path, made.estimate, references.RUNS, made.about | about)
 
 
-def pictures(stage, method, spp, seed):
+def pictures(stage: methods.Stage, method: methods.Method, spp: int, seed: int) -> Side:
     """The `Side` of `RUNS` runs of a method."""
     return render_in_turn([(method.name, *stage.load(method))], spp, RUNS, seed)[0]
 
 
-def samples(trial):
+def samples(trial: Side) -> int:
     """Samples of a pixel in a run with which a check sees `AIM`.
 
     Args:
@@ -153,7 +159,7 @@ def samples(trial):
     return next((spp for spp in SAMPLES if spp >= needed), SAMPLES[-1])
 
 
-def check(scene, path, seed=0):
+def check(scene: str | Path, path: str | Path, seed: int = 0) -> Check:
     """Render a scene and put it beside its reference.
 
     Args:

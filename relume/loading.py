@@ -1,0 +1,267 @@
+"""From a scene file to a loaded Mitsuba scene: the steps that all entry points share."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from relume import llvm, translator
+from relume.options import RenderOptions, kind_of
+from relume.session import (
+    CannotRender,
+    Integrator,
+    Scene,
+    Session,
+    reason,
+    set_variant,
+    thread_count,
+    variant_context,
+)
+from relume.translator import Document, Translation
+from relume.translator.plan import METROPOLIS, RenderPlan, with_samples
+
+FALLBACK = "scalar_rgb"
+"""Variant for machines without a usable LLVM library."""
+
+SceneSource = str | os.PathLike[str] | Document
+"""What is rendered: the path of a scene file, or what `relume.read` returned."""
+
+
+def document_of(scene: SceneSource) -> Document:
+    """The document of a scene file, or the document itself.
+
+    Raises:
+        SceneError: errors of the file.
+        TypeError: it is neither a path nor a document.
+    """
+    if isinstance(scene, Document):
+        return scene
+    if isinstance(scene, str | os.PathLike):
+        return translator.read(scene)
+    found = kind_of(scene)
+    foreign = isinstance(scene, dict) or found.startswith("mitsuba.")
+    raise TypeError(
+        f"expected the path of a scene file, or what relume.read returned, found {found}"
+        + ("; a scene of Mitsuba's own is rendered by mi.render" if foreign else "")
+    )
+
+
+def resized(
+    document: Document, size: tuple[int, int] | None = None, spp: int | None = None
+) -> Document:
+    """A document with another size of picture and number of samples.
+
+    Raises:
+        ValueError: out of range.
+        TypeError: no whole numbers.
+    """
+    options = RenderOptions(size=size, spp=spp)
+    if options.size is not None:
+        document = dataclasses.replace(document, image=options.size)
+    if options.spp is not None:
+        document = with_samples(document, options.spp)
+    return document
+
+
+def translated(scene: SceneSource, options: RenderOptions) -> Translation:
+    """The translation of a scene with the size, samples, dialect and folders of options.
+
+    Raises:
+        SceneError: errors of the file, and missing files.
+        TypeError: the scene is neither a path nor a document.
+    """
+    document = resized(document_of(scene), options.size, options.spp)
+    return translator.translate(document, options.dialect, options.asset_path)
+
+
+# ---- variants
+
+
+def usable_variant(plan: RenderPlan, wanted: str | None = None) -> str:
+    """The variant to render a plan with on this machine.
+
+    Args:
+        plan: the scene's plan.
+        wanted: the variant asked for, or None.
+
+    Raises:
+        CannotRender: the variant does not exist, or is scalar where the scene needs plugins that
+            scalar variants do not run.
+    """
+    name = wanted or plan.variant
+    if name not in mi.variants():
+        raise CannotRender(f"unknown variant '{name}'; Mitsuba has {', '.join(mi.variants())}")
+    library = llvm.install()
+    if name.startswith("llvm") and not library.usable:
+        if wanted or plan.plugins or plan.variant != "llvm_ad_rgb":
+            needs = f" and the scene needs {', '.join(plan.plugins)}" if plan.plugins else ""
+            raise CannotRender(f"{name} does not work here{needs}: {library.reason}")
+        warnings.warn(f"rendering slowly with {FALLBACK}: {library.reason}", stacklevel=2)
+        return FALLBACK
+    if name.startswith("scalar") and plan.plugins:
+        raise CannotRender(
+            f"{name} does not run the plugins of this scene: {', '.join(plan.plugins)}"
+        )
+    return name
+
+
+def settle_variant(plan: RenderPlan, wanted: str | None = None) -> None:
+    """Set the variant for a scene that stays loaded, unless one is set that renders it as planned.
+
+    Args:
+        plan: the scene's plan.
+        wanted: the variant asked for, which is set whatever was set before; or None.
+
+    Raises:
+        CannotRender: the variant that is set renders the scene wrongly, or not at all.
+    """
+    current = mi.variant()
+    if wanted or not current:
+        set_variant(usable_variant(plan, wanted))
+        return
+    remedy = f"call mi.set_variant('{plan.variant}') before"
+    try:
+        usable_variant(plan, current)
+    except CannotRender as error:
+        raise CannotRender(f"{error}; {remedy}") from None
+    if "spectral" in plan.variant and "spectral" not in current:
+        raise CannotRender(
+            f"the scene needs wavelengths ({plan.reasons['variant']}), which {current} does not "
+            f"have; {remedy}, or ask for variant='{current}' to do without"
+        )
+
+
+@contextmanager
+def variant_and_threads(translation: Translation, wanted: str | None = None) -> Iterator[None]:
+    """Context in which the variant of a translated scene and its number of threads are set.
+
+    Args:
+        translation: the translated scene.
+        wanted: variant instead of the planned one.
+
+    Raises:
+        CannotRender: the variant does not work here.
+    """
+    with (
+        variant_context(usable_variant(translation.plan, wanted)),
+        thread_count(translation.document.thread),
+    ):
+        yield
+
+
+# ---- loading
+
+
+@contextmanager
+def open_session(
+    translation: Translation, options: RenderOptions | None = None
+) -> Iterator[Session]:
+    """Context in which a translated scene is loaded under its variant and ready to render.
+
+    Args:
+        translation: the translated scene, see `translated`.
+        options: their seed, integrator and variant are used.
+
+    Yields:
+        The `Session`.
+
+    Raises:
+        CannotRender: the variant or integrator does not work here, or Mitsuba refuses the scene.
+    """
+    options = options or RenderOptions()
+    with variant_and_threads(translation, options.variant):
+        scene = load_scene(translation)
+        integrator = None
+        if options.integrator:
+            integrator = load_integrator(options.integrator, translation.scene["integrator"])
+        yield Session(scene, translation.plan.spp, options.seed, integrator)
+
+
+def load_scene(translation: Translation) -> Scene:
+    """The Mitsuba scene of a translation; a variant must be set.
+
+    Raises:
+        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision.
+    """
+    shapes = [entry.get("type") for entry in translation.scene.values() if isinstance(entry, dict)]
+    # Mitsuba 3.9 merges rectangles of one BSDF into a mesh without a bounding box. Lights at
+    # infinity then are looked for within a sphere that is too small, and shine through walls.
+    safe = shapes.count("rectangle") < 2
+    try:
+        return mi.load_dict(translation.dictionary(), optimize=safe)
+    except (RuntimeError, TypeError) as error:
+        raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
+
+
+def load_integrator(name: str, planned: dict[str, Any]) -> Integrator:
+    """An integrator by its plugin id; arguments and errors as `integrator_entry`."""
+    return mi.load_dict(integrator_entry(name, planned))
+
+
+def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
+    """The dictionary of an integrator by its plugin id; a variant must be set.
+
+    Args:
+        name: plugin id.
+        planned: dictionary of the integrator that has the scene's path depths; a Metropolis
+            integrator takes its paths from it.
+
+    Returns:
+        A dictionary with these depths, as far as the integrator takes them.
+
+    Raises:
+        CannotRender: there is no such integrator.
+    """
+    paths = planned.get("paths", planned)
+    if name in METROPOLIS:
+        return {"type": name, "paths": paths}
+    depths = {"max_depth": -1, "rr_depth": paths.get("rr_depth", 5)}
+    errors = []
+    for parameters in (depths, {"max_depth": -1}, {}):
+        entry = {"type": name} | parameters
+        try:
+            made = mi.load_dict(entry)
+        except RuntimeError as error:
+            errors.append(reason(error))
+            continue
+        if isinstance(made, mi.Integrator):
+            return entry
+        errors.append("it is no integrator")
+        break
+    raise CannotRender(f"integrator '{name}': {errors[-1]}")
+
+
+def for_mitsuba(translation: Translation, options: RenderOptions | None = None) -> Translation:
+    """The translation, with what `mi.render` needs to give the picture that `relume.render` gives.
+
+    That is the number of samples, as far as a sampler can count, and a tent that is a little wider:
+    Mitsuba takes one of half-width 0.5 for a box.
+
+    Args:
+        translation: the translated scene.
+        options: their seed and integrator are put into the scene; a variant must be set for the
+            latter.
+
+    Raises:
+        CannotRender: there is no such integrator.
+    """
+    options = options or RenderOptions()
+    scene, sensor = dict(translation.scene), dict(translation.scene["sensor"])
+    sensor["sampler"] = sensor["sampler"] | {"sample_count": min(translation.plan.spp, 2**32 - 1)}
+    if options.seed:
+        # Samplers take 32 bits.
+        sensor["sampler"]["seed"] = int(np.random.SeedSequence(options.seed).generate_state(1)[0])
+    if translation.document.tent_filter:
+        rfilter = sensor["film"]["rfilter"] | {"radius": 0.501}
+        sensor["film"] = sensor["film"] | {"rfilter": rfilter}
+    scene["sensor"] = sensor
+    if options.integrator:
+        scene["integrator"] = integrator_entry(options.integrator, scene["integrator"])
+    return dataclasses.replace(translation, scene=scene)

@@ -1,0 +1,165 @@
+"""A cell of `relume stability`, rendered: by as many independent runs as its scatter asks for."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tempfile
+import time
+import warnings
+import zlib
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from relume import translator
+from relume.loading import usable_variant
+from relume.session import (
+    CannotRender,
+    Session,
+    exr_threads,
+    reason,
+    set_thread_count,
+    variant_context,
+)
+from relume.translator import Document
+from relume.translator.diagnostics import SceneError
+from relume.workbench import methods
+from relume.workbench.cells import Case, Cell
+from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
+from relume.workbench.stability_verdict import WANTED, Measurement, RunStatistics
+
+RUNS = 16
+"""Independent renders of a cell, at least."""
+
+MOST_RUNS = 256
+"""Runs of a cell after which none is added."""
+
+LIMITS = ("single precision", "below the horizon", "roulette leaves noise", "roulette ends")
+"""Words of notes on translated lines that announce a limit of the renderer."""
+
+
+def measure(cell: Cell, seed: int = 0) -> Measurement:
+    """Measure one cell.
+
+    Args:
+        cell: what to measure.
+        seed: non-negative integer; the same seed gives the same measurement.
+    """
+    with variant_context(Case.variant):
+        case = cell.family.make(cell.value)
+    render = _rendered_dictionary if isinstance(case.scene, dict) else _rendered_document
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            return render(case, cell, (seed, zlib.crc32(cell.name.encode())), caught)
+        except (SceneError, CannotRender, ValueError) as error:
+            said = error.described() if isinstance(error, SceneError) else [str(error)]
+            return Measurement(said="; ".join(said), refused=True)
+
+
+def _rendered_document(
+    case: Case, cell: Cell, seed: tuple[int, ...], caught: list[warnings.WarningMessage]
+) -> Measurement:
+    given = isinstance(case.scene, Document)
+    document = _document(case, cell)
+    with tempfile.TemporaryDirectory() as folder:
+        with exr_threads():
+            for name, pixels in case.files.items():
+                mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
+        folders = (*case.options.asset_path, folder)
+        options = dataclasses.replace(case.options, asset_path=folders)
+        translation = translator.translate(document, options.dialect, folders)
+        notes = [
+            report.note
+            for report in translation.document.lines.all
+            if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
+        ]
+        with variant_context(usable_variant(translation.plan, options.variant)):
+            set_thread_count(translation.document.thread)
+            if given or is_method(cell.method):
+                method = methods.find(cell.method)
+            else:
+                method = methods.planned(translation)
+            stage = methods.Stage(document, translation, options)
+            return _measured(*stage.load(method), case, seed, notes, caught)
+
+
+def _document(case: Case, cell: Cell) -> Document:
+    if isinstance(case.scene, Document):
+        return case.scene
+    return translator.read_text(case.scene, cell.name, {})
+
+
+def _rendered_dictionary(
+    case: Case, cell: Cell, seed: tuple[int, ...], caught: list[warnings.WarningMessage]
+) -> Measurement:
+    with variant_context(case.variant):
+        set_thread_count(None)
+        assert isinstance(case.scene, dict)
+        entries: dict[str, Any] = dict(case.scene)
+        if is_method(cell.method):
+            entries["integrator"] = entries["integrator"] | {"type": cell.method}
+        try:
+            scene = mi.load_dict(entries)
+        except RuntimeError as error:
+            raise CannotRender(reason(error)) from error
+        return _measured(scene, scene.integrator(), case, seed, [], caught)
+
+
+def is_method(name: str) -> bool:
+    """Whether what a cell is measured for is an integrator or another row of `METHODS`."""
+    if any(row.name == name for row in methods.METHODS):
+        return True
+    try:
+        return isinstance(mi.load_dict({"type": name}), mi.Integrator)
+    except RuntimeError:
+        return False
+
+
+def _measured(
+    scene: MitsubaScene,
+    integrator: MitsubaIntegrator,
+    case: Case,
+    seed: tuple[int, ...],
+    notes: list[str],
+    caught: list[warnings.WarningMessage],
+) -> Measurement:
+    """The measurement of a loaded scene.
+
+    Args:
+        scene: what is rendered.
+        integrator: by which.
+        case: with the known answer.
+        seed: of the cell.
+        notes: what the translation said.
+        caught: warnings so far; it grows.
+    """
+    scale = float(np.max(case.expected)) if case.scale is None else case.scale
+    runs = RunStatistics(case.expected, scale)
+    start = time.perf_counter()
+    wanted = RUNS
+    while True:
+        for run in range(len(runs.means), wanted):
+            own = np.random.SeedSequence((*seed, run)).generate_state(1, np.uint64)
+            session = Session(scene, case.spp, int(own[0]), integrator)
+            for _ in session.run():
+                pass
+            runs.add(session.image())
+        texts = [*notes, *(str(warning.message) for warning in caught)]
+        # A line's note may be several, and lines may share them.
+        said = list(dict.fromkeys(part for text in texts for part in text.split("; ")))
+        if mi.is_spectral and runs.negative:
+            said.append("colours that RGB cannot hold")  # as `relume render` says of its picture
+        found = runs.measurement(
+            samples=len(runs.means) * case.spp * session.width * session.height,
+            seconds=time.perf_counter() - start,
+            said="; ".join(said),
+        )
+        if found.sees <= WANTED or wanted == MOST_RUNS or found.not_finite:
+            return found
+        # The variance of a mean falls with the number of runs.
+        ratio = max(1.3, 1.1 * (found.sees / WANTED) ** 2)
+        wanted = min(math.ceil(wanted * ratio), MOST_RUNS)

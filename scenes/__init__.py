@@ -1,0 +1,1 @@
+"""Example scenes, installed with relume: `relume scenes` lists and copies them."""

@@ -1,0 +1,47 @@
+"""Samples of pixels: what an integrator makes of rays of a sensor."""
+
+from __future__ import annotations
+
+import mitsuba as mi
+
+from relume.sensors.colors import linear_rgb
+
+
+def position_in_pixel(sensor: mi.Sensor, sample: mi.Point2f) -> mi.Point2f:
+    """Return where in its pixel a sample lies, distributed as the film's reconstruction filter.
+
+    Args:
+        sensor: whose film has a tent filter, or else is taken to have a box filter.
+        sample: uniform variates.
+    """
+    if sensor.film().rfilter().class_name() == "TentFilter":
+        return 0.5 + 0.5 * mi.warp.square_to_tent(sample)
+    return sample
+
+
+def sample_pixels(
+    scene: mi.Scene,
+    sensor: mi.Sensor,
+    integrator: mi.SamplingIntegrator,
+    sampler: mi.Sampler,
+    corner: mi.Point2f,
+    sample: mi.Point2f,
+    size: mi.Vector2f,
+) -> mi.Color3f:
+    """Return the linear RGB of one sample of each of the pixels.
+
+    Args:
+        scene: what is seen.
+        sensor: its medium, if it has one, is where the rays begin.
+        integrator: what finds the radiance along them.
+        sampler: of the lens, the wavelength and the paths.
+        corner: column and row of the pixel.
+        sample: uniform variates for the position in the pixel.
+        size: columns and rows of the film.
+    """
+    position = (corner + position_in_pixel(sensor, sample)) / size
+    lens = sampler.next_2d() if sensor.needs_aperture_sample() else mi.Point2f(0.5)
+    wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
+    ray, weight = sensor.sample_ray_differential(0.0, wavelength, position, lens)
+    L, *_ = integrator.sample(scene, sampler, ray, sensor.get_medium())
+    return linear_rgb(L * weight, ray.wavelengths)
