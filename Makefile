@@ -117,7 +117,7 @@ study-metropolis: setup
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files
 study-files: setup
-	$(BIN)/python studies/files.py
+	$(STUDY) files
 
 # Minutes: 100000 damaged pictures, meshes and material files each.
 .PHONY: study-damaged

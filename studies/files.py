@@ -2,7 +2,7 @@
 
 The pictures are those of tests/translator/test_picture_kinds.py, whose values follow from the
 formats' definitions. Prints the tables of docs/files.md; readers that are not installed
-(imagecodecs, tinyobjloader) are left out.
+(imagecodecs, tinyobjloader) are left out, and so is an earlier relume without its history.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ import numpy as np
 
 from relume.translator.images import read_image
 from relume.translator.obj import read_obj
+from studies import ROOT
 
-ROOT = Path(__file__).resolve().parents[1]
 BEFORE = "6f3b84d"
 """The last commit whose pictures were all read by Pillow, and whose polygons were all fans."""
 
@@ -73,22 +73,24 @@ def run(options: argparse.Namespace) -> int:
     """
     warnings.simplefilter("ignore")
     with earlier(options.before) as module, tempfile.TemporaryDirectory() as folder:
-        readers: dict[str, Callable[[Path], Any]] = {"before": pictures_by(module("images"))}
+        readers: dict[str, Callable[[Path], Any]] = {}
+        if module is not None:
+            readers["before"] = pictures_by(module("images"))
         readers |= {"relume": by_relume, "Pillow": by_pillow, "OpenImageIO": by_openimageio}
         if importlib.util.find_spec("imagecodecs"):
             readers["imagecodecs"] = by_imagecodecs
         wrong = table(readers, picture_rows(Path(folder)))
         print()
-        readers = {"before": mesh_by(module("obj").read_obj), "relume": mesh_by(read_obj)}
-        readers["trimesh"] = by_trimesh
+        readers = {} if module is None else {"before": mesh_by(module("obj").read_obj)}
+        readers |= {"relume": mesh_by(read_obj), "trimesh": by_trimesh}
         if importlib.util.find_spec("tinyobjloader"):
             readers["tinyobjloader"] = by_tinyobjloader
         return wrong + table(readers, mesh_rows(Path(folder)))
 
 
 @contextmanager
-def earlier(commit: str) -> Iterator[Callable[[str], Any]]:
-    """A function from the name of a module to what it was at a commit."""
+def earlier(commit: str) -> Iterator[Callable[[str], Any] | None]:
+    """A function from the name of a module to what it was at a commit; None without such one."""
     files = ("images", "radiance", "obj", "obj_model", "obj_scan", "obj_text")
     with tempfile.TemporaryDirectory() as folder:
         package = Path(folder) / "relume_before"
@@ -96,8 +98,11 @@ def earlier(commit: str) -> Iterator[Callable[[str], Any]]:
         (package / "__init__.py").touch()
         for name in files:
             command = ["git", "show", f"{commit}:translator/{name}.py"]
-            text = subprocess.run(command, cwd=ROOT, capture_output=True, check=True).stdout
-            (package / f"{name}.py").write_bytes(text)
+            found = subprocess.run(command, cwd=ROOT, capture_output=True)
+            if found.returncode:
+                yield None
+                return
+            (package / f"{name}.py").write_bytes(found.stdout)
         sys.path.insert(0, folder)
         try:
             yield lambda name: importlib.import_module(f"relume_before.{name}")
@@ -281,9 +286,3 @@ def by_tinyobjloader(path: Path) -> Found:
     ]
     triangles = np.array(corners).reshape(-1, 3, 2)
     return area_of(vertices, triangles[..., 0]), int((triangles[..., 1] >= 0).all(axis=1).sum())
-
-
-if __name__ == "__main__":
-    options = argparse.ArgumentParser(description=__doc__)
-    add_arguments(options)
-    sys.exit(run(options.parse_args()))
