@@ -13,6 +13,7 @@ from relume.translator.assets import Find
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
+from relume.translator.file_problems import picture_problem
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances, plain_reflectances
 from relume.translator.media import HomogeneousMedium
@@ -93,7 +94,7 @@ def translate_objects(scene: PlacedScene) -> tuple[Contents, list[Problem]]:
             line = block.lines.line() + 1
             problems += [Problem(line, 1, text, "asset") for text in error.described()]
         except ImageError as error:
-            problems.append(Problem(block.lines.line("texture"), 1, str(error), "asset"))
+            problems.append(picture_problem(block, scene.find, error))
     return Contents.of_all(parts), problems
 
 
