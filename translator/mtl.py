@@ -217,21 +217,10 @@ _COLORS = {
 _FLOATS = {"ni": "ni", "ns": "ns", "d": "d", "tr": "tr", "#ROUGHNESS": "roughness"}
 _INTEGERS = {"#REFLECTION": "reflection", "#SMOOTH": "smooth", "#REPEAT": "repeat"}
 _SHARES = {"d", "tr", "roughness"}
-_MAP_OPTIONS = {
-    "-s": 3,
-    "-o": 3,
-    "-t": 3,
-    "-mm": 2,
-    "-bm": 1,
-    "-clamp": 1,
-    "-blendu": 1,
-    "-blendv": 1,
-    "-boost": 1,
-    "-texres": 1,
-    "-cc": 1,
-    "-imfchan": 1,
-    "-type": 1,
-}
+_MAP_OPTIONS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2} | dict.fromkeys(
+    ["-bm", "-clamp", "-blendu", "-blendv", "-boost", "-texres", "-cc", "-imfchan", "-type"], 1
+)
+"""Most values of each option."""
 
 
 def _indent(line: str) -> int:
@@ -392,7 +381,7 @@ class _Reader:
             raise self.error(offset, f"{word!r} is not a finite number")
         return float(word)
 
-    def note(self, code: str, /, **values: object) -> None:
+    def note(self, code: str, /, **values: Any) -> None:
         self.found.notes.append((self.number, make_note(code, **values)))
 
     def store(self, attribute: str, value: Any) -> None:
