@@ -119,5 +119,15 @@ study-metropolis: setup
 	$(STUDY) metropolis $(if $(CORPUS),'$(CORPUS)')
 	$(STUDY) metropolis-agreement $(if $(CORPUS),'$(CORPUS)')
 
+# What it prints goes into docs/files.md; readers that are not installed are left out.
+.PHONY: study-files
+study-files: setup
+	$(STUDY) files
+
+# Minutes: 100000 damaged pictures, meshes and material files each.
+.PHONY: study-damaged
+study-damaged: setup
+	RELUME_DAMAGED=100000 $(BIN)/python -m pytest tests/translator/test_damaged_files.py
+
 clean:
 	rm -rf $(VENV) out build *.egg-info

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from relume import dome_maps
-from relume.translator.assets import Find
+from relume.translator.assets import Find, existing
 from relume.translator.document import Document
 from relume.translator.giant_spheres import Ball
 from relume.translator.images import as_texture, read_image
@@ -53,7 +53,7 @@ def map_name(block: SceneObject, dialect: str) -> str:
     return name
 
 
-def picture(path: Path | None, block: SceneObject) -> np.ndarray:
+def picture(path: Path, block: SceneObject) -> np.ndarray:
     """The linear pixels of a picture that shines, (height, width, 3), top row first."""
     image = read_image(path)
     if not image.hdr:
@@ -213,7 +213,7 @@ def background(document: Document, find: Find) -> Entry | None:
     """The environment map of `background_texture`, `map_coef` and `coef`, or None (11.6)."""
     if document.background_texture is None:
         return None
-    image = as_texture(read_image(find(document.background_texture)))
+    image = as_texture(read_image(existing(find, document.background_texture)))
     a, b, c, d = document.map_coef
     document.lines.becomes("background", "background-replaced")
 

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from relume.translator import dense_media, environment_maps, lights, materials, media
-from relume.translator.assets import Find
+from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
+from relume.translator.file_problems import picture_problem
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances, plain_reflectances
 from relume.translator.media import HomogeneousMedium
@@ -93,7 +94,7 @@ def translate_objects(scene: PlacedScene) -> tuple[Contents, list[Problem]]:
             line = block.lines.line() + 1
             problems += [Problem(line, 1, text, "asset") for text in error.described()]
         except ImageError as error:
-            problems.append(Problem(block.lines.line("texture"), 1, str(error), "asset"))
+            problems.append(picture_problem(block, scene.find, error))
     return Contents.of_all(parts), problems
 
 
@@ -129,7 +130,7 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
 def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Contents:
     """The parts of a mesh object; arguments as `translate_object`."""
     assert isinstance(block.shape, MeshFile)
-    path = scene.find(block.shape.file)
+    path = existing(scene.find, block.shape.file)
     parts = scene.meshes.parts(block, path, scene.geometry.matrices[index])
     bounds = [part.entry["mesh"] for part in parts if part.block.reflection.subsurface]
     media.report_open_meshes(block, bounds)
@@ -141,7 +142,7 @@ def mesh_part(scene: PlacedScene, name: str, index: int, part: Part) -> Contents
     block = part.block
     if block.ibl_texture is None:
         return surface(scene, name, index, part)
-    pixels = environment_maps.picture(scene.find(block.ibl_texture), block)
+    pixels = environment_maps.picture(existing(scene.find, block.ibl_texture), block)
     shining = environment_maps.shining_surface(
         name, pixels, block.ibl_texture_coef, flip=False, spectral=scene.spectral
     )
@@ -151,7 +152,7 @@ def mesh_part(scene: PlacedScene, name: str, index: int, part: Part) -> Contents
 def image_based_light(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Entry:
     """An object with `ibl_texture`: a dome, an environment map, or a surface that shines."""
     assert block.ibl_texture is not None
-    pixels = environment_maps.picture(scene.find(block.ibl_texture), block)
+    pixels = environment_maps.picture(existing(scene.find, block.ibl_texture), block)
     if not isinstance(block.shape, Sphere | Hemisphere):
         return scene.shapes.shape(index, block) | environment_maps.shining_surface(
             name, pixels, block.ibl_texture_coef, flip=True, spectral=scene.spectral

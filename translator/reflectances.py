@@ -29,6 +29,7 @@ class Texture:
         alpha: (height, width) opacity, or None where everything is opaque.
         uv_scale, uv_offset: factors and shifts of u and v.
         spectral: whether the scene is rendered by wavelength.
+        clamp: outside 0 to 1 the texels at the edge go on, instead of the picture's repeating.
     """
 
     rgb: np.ndarray
@@ -36,6 +37,13 @@ class Texture:
     uv_scale: tuple[float, float] = (1.0, 1.0)
     uv_offset: tuple[float, float] = (0.0, 0.0)
     spectral: bool = False
+    clamp: bool = False
+
+    def adjusted(self, base: float, gain: float) -> Texture:
+        """The texture with every texel x replaced by base + gain x, 0 at least."""
+        if (base, gain) == (0.0, 1.0):
+            return self
+        return replace(self, rgb=np.maximum(np.float32(base) + np.float32(gain) * self.rgb, 0))
 
     def times(self, factors: Sequence[float]) -> Texture:
         """The texture with every texel multiplied by three factors."""
@@ -54,6 +62,8 @@ class Texture:
     def _bitmap(self, pixels: np.ndarray, raw: bool) -> Entry:
         entry: Entry = {"type": "bitmap", "picture": Picture(pixels), "raw": raw}
         entry["filter_type"] = "nearest"
+        if self.clamp:
+            entry["wrap_mode"] = "clamp"
         if self.uv_scale != (1.0, 1.0) or self.uv_offset != (0.0, 0.0):
             entry["to_uv"] = uv_matrix(self.uv_scale, self.uv_offset)
         return entry
@@ -136,6 +146,7 @@ def load_texture(
     repeat: int = 1,
     uv_scale: tuple[float, float] = (1.0, 1.0),
     uv_offset: tuple[float, float] = (0.0, 0.0),
+    clamp: bool = False,
     spectral: bool = False,
 ) -> Texture:
     """The `Texture` of a picture file.
@@ -147,15 +158,17 @@ def load_texture(
         repeat: how often the picture repeats along each side.
         uv_scale: further factors of u and v.
         uv_offset: shifts of u and v.
+        clamp: let the texels at the edge go on outside 0 to 1.
         spectral: whether the scene is rendered by wavelength.
 
     Raises:
         ImageError: the file is no picture.
     """
+    assert path is not None  # missing files were reported before
     image = as_texture(read_image(path))
     rgb, alpha = used_texels(image.rgb), None if image.alpha is None else used_texels(image.alpha)
     if flip:
         rgb, alpha = rgb[::-1], None if alpha is None else alpha[::-1]
     scale = (uv_scale[0] * repeat, uv_scale[1] * repeat)
     offset = (uv_offset[0] * repeat, uv_offset[1] * repeat)
-    return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral)
+    return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral, clamp)

@@ -33,6 +33,7 @@ from relume.translator.assets import Assets, Find
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS
 from relume.translator.document import Document
+from relume.translator.file_problems import picture_problem
 from relume.translator.images import ImageError
 from relume.translator.meshes import Meshes
 from relume.translator.object_entries import Contents, PlacedScene, translate_objects
@@ -179,8 +180,7 @@ def translate_surroundings(
     try:
         background = environment_maps.background(document, scene.find)
     except ImageError as error:
-        line = document.lines.line("background_texture")
-        problems = [*problems, Problem(line, 1, str(error), "asset")]
+        problems = [*problems, picture_problem(document, scene.find, error)]
     if problems:
         raise SceneError(document.path, problems)
     background = background or lights.background(document)
