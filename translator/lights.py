@@ -19,6 +19,9 @@ TWO_SIDED = (Hemisphere, Plane, MeshFile)
 9.2), and of a sphere one side is all that can be seen."""
 
 
+DOWN = (0.0, -1.0, 0.0)
+"""Direction of a spot that is told none: the manual's default."""
+
 SMALL = 0.01
 """Radius over the size of the scene below which a sphere is a small lamp."""
 
@@ -154,13 +157,18 @@ def _parallel_beam(
 def _spot(block: SceneObject, shape: Sphere, matrix: np.ndarray) -> Entry:
     w, f = block.spot_light_angle
     block.lines.remark("spot_light_angle", "spot")
+    if f > w:
+        block.lines.becomes("spot_light_angle", "spot-falloff-whole", angle=w)
+    direction = block.spot_light_dir if any(block.spot_light_dir) else DOWN
+    if direction != block.spot_light_dir:
+        block.lines.becomes("spot_light_dir", "spot-direction-missing")
     block.lines.remark("emission", "emission-units", quantity="intensity")
     return {
         "type": "falloffspot",
         "position": _floats(geometry.point(matrix, shape.center)),
-        "direction": _floats(geometry.unit(block.spot_light_dir)),
+        "direction": _floats(geometry.unit(direction)),
         "cutoff_angle": w,
-        "falloff_angle": f,
+        "falloff_angle": min(f, w),
         "falloff_exponent": block.spot_light_falloff,
         "attenuation": _floats(block.spot_attenuation),
         "intensity": rgb(math.pi * np.array(block.emission)),

@@ -125,7 +125,8 @@ class Meshes:
             colored = group.colors is not None
             tint = reflectances(described, material, find, self.spectral, colored, block.color)
             entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
-            opacity = None if material is None or material.map_kd else material.opacity
+            pictured = block.texture is not None or (material is not None and material.map_kd)
+            opacity = None if material is None or pictured else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
             bump = self.bump(material, block, find)
             result.append(Part(name, entry, described, tint, opacity, bump))
@@ -211,6 +212,13 @@ def reflecting(kind, material):
 
 def reflectances(block, material, find, spectral, colored=False, object_color=None):
     """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12)."""
+    if block.texture is not None:
+        if material is not None and material.map_kd is not None:
+            block.lines.remark("texture", "texture-over-map")
+        picture = load_texture(
+            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
+        )
+        return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:
         file = material.map_kd.file
         path = find(file)
@@ -230,11 +238,6 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
             spectral=spectral,
         )
         return Reflectances(times(picture, object_color), block.specular)
-    if block.texture is not None:
-        picture = load_texture(
-            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
-        )
-        return Reflectances(picture, block.specular)
     if colored and (material is None or material.color is None):
         return Reflectances(VertexColor(), block.specular)
     return Reflectances(block.color, block.specular)
