@@ -20,7 +20,7 @@ from relume.translator.outcomes import make_note
 from relume.translator.reflectances import Texture, used_texels
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, Picture
-from relume.translator.shapes import Hemisphere, InfinityLight
+from relume.translator.shapes import Hemisphere
 
 LEAST_ANGLE = 0.1
 """A dome becomes an environment map if looking its picture up by direction instead of by hit point
@@ -71,7 +71,6 @@ def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, No
     Returns:
         Indices of the objects, with a note why; None for ellipsoids, which have no other way.
     """
-    sun = any(isinstance(block.shape, InfinityLight) for block in document.objects)
     found: dict[int, Note | None] = {}
     for index, block in enumerate(document.objects):
         if block.ibl_texture is None or is_spot(block) or index not in scene.balls:
@@ -86,8 +85,6 @@ def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, No
             degrees = math.degrees(math.asin(min(away / ball.radius, 1.0)))
             if degrees < LEAST_ANGLE:
                 found[index] = make_note("dome-far", degrees=degrees)
-            elif sun:
-                found[index] = make_note("dome-by-direction", degrees=degrees)
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from relume.translator import geometry
 from relume.translator.document import Document
+from relume.translator.giant_spheres import Ball
 from relume.translator.objects import SceneObject
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, rgb
@@ -66,7 +67,7 @@ def shining(
     """
     is_two_sided = isinstance(block.shape, TWO_SIDED)
     if isinstance(block.shape, Sphere):
-        inside = _encloses(block.shape, scene.matrices[index], scene.camera)
+        inside = encloses(block.shape, scene.matrices[index], scene.camera)
         outward = block.normal >= 0
         if inside == outward:
             turned = not shape.get("flip_normals", False)
@@ -84,25 +85,49 @@ def shining(
     return shape | {"emitter": {"type": "area", "radiance": rgb(radiance)}}
 
 
-def _encloses(shape: Sphere, matrix: np.ndarray, point: np.ndarray) -> bool:
+def encloses(shape: Sphere, matrix: np.ndarray, point: np.ndarray) -> bool:
     """Whether the point lies inside a sphere under a matrix."""
     local = np.linalg.solve(matrix[:3, :3], point - matrix[:3, 3])
     return float(np.linalg.norm(local - np.array(shape.center))) < shape.radius
 
 
-def lamp(block: SceneObject, matrix: np.ndarray, dialect: str) -> Entry | None:
+def report_point_like(document: Document, entries: Iterable[Entry]) -> None:
+    """Report it at lamps that no ray can meet where glass would refract their light."""
+    if not any(map(refracts, entries)):
+        return
+    for block in document.objects:
+        is_beam = block.parallel_light and isinstance(block.shape, UVPlane)
+        if (isinstance(block.shape, InfinityLight) or is_beam or is_spot(block)) and any(
+            block.emission
+        ):
+            block.lines.becomes("", "no-light-through-glass")
+
+
+def refracts(entry: object) -> bool:
+    """Whether light that crosses what an entry describes changes its direction."""
+    if not isinstance(entry, dict):
+        return False
+    if entry.get("type") == "schlickglass":
+        return "dispersion" in entry or entry["int_ior"] != entry["ext_ior"]
+    return any(map(refracts, entry.values()))
+
+
+def lamp(
+    block: SceneObject, matrix: np.ndarray, dialect: str, dome: Ball | None = None
+) -> Entry | None:
     """The emitter of an object that is no surface: infinity light, parallel light or spot.
 
     Args:
         block: the object.
         matrix: its transformation, (4, 4).
         dialect: `manual` or `prender`.
+        dome: the image-based light around the camera that an infinity light has to pass, if any.
 
     Returns:
         The emitter's dictionary, None for an object that is a surface (sections 9.3 to 9.5).
     """
     if isinstance(block.shape, InfinityLight):
-        return _infinity_light(block, block.shape, matrix, dialect)
+        return _infinity_light(block, block.shape, matrix, dialect, dome)
     if block.parallel_light and isinstance(block.shape, UVPlane):
         return _parallel_beam(block, block.shape, matrix, dialect)
     if block.spot_light and isinstance(block.shape, Sphere):
@@ -116,7 +141,11 @@ def is_spot(block: SceneObject) -> bool:
 
 
 def _infinity_light(
-    block: SceneObject, shape: InfinityLight, matrix: np.ndarray, dialect: str
+    block: SceneObject,
+    shape: InfinityLight,
+    matrix: np.ndarray,
+    dialect: str,
+    dome: Ball | None,
 ) -> Entry:
     emission = np.array(block.emission)
     direction = matrix[:3, :3] @ np.array(shape.direction)
@@ -125,16 +154,17 @@ def _infinity_light(
         block.lines.remark("", "infinity-length", dialect=dialect)
     factor = length if dialect == "prender" else 1.0
     block.lines.remark("emission", "emission-units", quantity="irradiance")
-    return {
+    entry: Entry = {
         "type": "directional",
         "direction": _floats(direction / length),
         "irradiance": rgb(math.pi * factor * emission),
     }
+    if dome is None:
+        return entry
+    return entry | {"type": "domesun", "center": _floats(dome.center), "radius": float(dome.radius)}
 
 
-def _parallel_beam(
-    block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str
-) -> Entry:
+def _parallel_beam(block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str) -> Entry:
     u, v = (matrix[:3, :3] @ edge for edge in shape.edges(dialect))
     if block.parallel_light_dir is not None:
         direction = np.array(block.parallel_light_dir)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.enclosures import INSIDE, winding_number
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
 from relume.translator.mtl import MtlError, read_mtl
@@ -71,6 +72,17 @@ class Meshes:
             return None
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
+
+    def enclose(self, path, matrix, p):
+        """Whether a mesh file under a matrix, (4, 4), winds around the point `p`, (3,)."""
+        box = self.bounds(path, matrix)
+        if box is None or np.any(p < box[0]) or np.any(p > box[1]):
+            return False
+        groups = self.read(path).groups
+        meshes = [
+            Mesh(group.vertices @ matrix[:3, :3].T + matrix[:3, 3], group.faces) for group in groups
+        ]
+        return abs(winding_number(meshes, p)) > INSIDE
 
     def parts(self, block, path, matrix):
         """The parts of a mesh object.

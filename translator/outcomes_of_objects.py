@@ -2,9 +2,7 @@
 
 from relume.translator.outcome_rows import table
 
-BOUNDARY = (
-    "Light enters and leaves through smooth glass: an opaque surface would let none in."
-)
+BOUNDARY = "Light enters and leaves through smooth glass: an opaque surface would let none in."
 
 SHAPES = (
     ("giant-sphere-flat", "translated", "6.1",
@@ -132,11 +130,11 @@ LIGHTS = (
     ("dome-far", "translated", "11.5",
      "the dome is far: an environment map, looked up at most {degrees:.2g} degrees off",
      "The same picture but for that angle, with less noise.", "Nothing to do."),
-    ("dome-by-direction", "approximated", "11.5",
-     "an environment map, so that infinity_light passes: looked up at most {degrees:.2g} degrees "
-     "off",
-     "The dome seems infinitely far: what is reflected or seen of it does not shift with the "
-     "place.", "Delete the `infinity_light`, or make the dome far larger than the scene."),
+    ("no-light-through-glass", "approximated", "9",
+     "no ray can meet this light: behind refracting glass it is missing",
+     "Glass casts the shadow of an opaque object in this light, without bright spots: light that "
+     "glass refracts is found only if rays meet its source.",
+     "Use a lamp with a size, such as a sphere or a uvplane."),
 )  # fmt: skip
 
 MEDIA = (
@@ -166,6 +164,10 @@ MEDIA = (
      "The light inside is followed from scattering to scattering instead of by the dipole: more "
      "noise, and the exact result.",
      "Use glass without dispersion, or `--dialect prender`, to have the dipole."),
+    ("simulated-around-camera", "approximated", "10.2",
+     "simulated instead: the camera is inside such an object",
+     "The light inside is followed from scattering to scattering instead of by the dipole, which "
+     "knows objects from outside alone.", "Move the camera out of the object to have the dipole."),
     ("simulated-with-another", "approximated", "10.2",
      "simulated instead: another object of the scene asks for the simulation",
      "The light inside is followed from scattering to scattering instead of by the dipole: more "
