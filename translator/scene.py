@@ -30,6 +30,7 @@ from relume.translator import (
     precision,
 )
 from relume.translator.assets import Assets, Find
+from relume.translator.darkness import empty_picture_notes
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS
 from relume.translator.document import Document
@@ -37,6 +38,7 @@ from relume.translator.enclosures import medium_at_camera
 from relume.translator.images import ImageError
 from relume.translator.meshes import Meshes
 from relume.translator.object_entries import Contents, PlacedScene, translate_objects
+from relume.translator.outcome_rows import Note
 from relume.translator.recentering import recentering
 from relume.translator.scene_geometry import SceneGeometry, measure
 from relume.translator.scene_values import Entry, resolved, rgb, to_mitsuba
@@ -91,6 +93,15 @@ class Translation:
         Its `sensor` holds the medium around all objects, if there is one, as a Mitsuba object.
         """
         return to_mitsuba(resolved(self.scene, media.AROUND))
+
+    def picture_notes(self) -> tuple[Note, ...]:
+        """What is to be said of the picture as a whole: that it will be black or empty."""
+        apart = ("sensor", "integrator", media.AROUND)
+        return empty_picture_notes(
+            entry
+            for name, entry in self.scene.items()
+            if isinstance(entry, dict) and name not in apart
+        )
 
     def status(self) -> str:
         """`ok`, or `unsupported` if any line is."""
