@@ -45,8 +45,20 @@ def names(stage):
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
     assert names(staged()) == ["surfacepath", "path", "volpath", *SURFACE_CHAINS]
-    assert names(staged(objects=GLASS_BALL)) == ["surfacepath", "path", "volpath", "dielectric", *SURFACE_CHAINS]
-    assert names(staged(objects=PRISM)) == ["surfacepath", "path", "volpath", "dispersivepath", *SURFACE_CHAINS]
+    assert names(staged(objects=GLASS_BALL)) == [
+        "surfacepath",
+        "path",
+        "volpath",
+        "dielectric",
+        *SURFACE_CHAINS,
+    ]
+    assert names(staged(objects=PRISM)) == [
+        "surfacepath",
+        "path",
+        "volpath",
+        "dispersivepath",
+        *SURFACE_CHAINS,
+    ]
     cut = [name for name in SURFACE_CHAINS if name != "pssmlt-direct"]
     assert names(staged("luminance_cutoff\n0.5")) == ["surfacepath", "path", "volpath", *cut]
     fog = {"integrator": {"type": "volpath"}, "box": {"interior": {"type": "homogeneous"}}}
@@ -89,7 +101,10 @@ def test_wrappers_stay_around_another_method(staged):
     """`luminance_cutoff` wraps the integrator: any method must stay inside."""
     stage = staged("luminance_cutoff\n0.5")
     planned = stage.translation.scene["integrator"]
-    assert planned["type"] == "samplescale" and methods.planned(stage.translation).name == "surfacepath"
+    assert (
+        planned["type"] == "samplescale"
+        and methods.planned(stage.translation).name == "surfacepath"
+    )
     with variant_and_threads(stage.translation):
         made = stage.translated(methods.find("volpath")).scene["integrator"]
     assert made["type"] == "samplescale"
