@@ -273,6 +273,10 @@ def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> 
         around_too = at_camera is scene.medium
         sensor["medium"] = media.REFERENCE if around_too else at_camera.entry()
     entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
-    entries |= contents.entries
+    if contents.media:
+        # The stock integrators for media let lamps shine where they are not.
+        entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
+    else:
+        entries |= contents.entries
     render_plan = plan.render_plan(document, entries, OWN_PLUGINS, scene.spectral, reason)
     return Translation(document, entries, render_plan)

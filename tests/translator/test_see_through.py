@@ -102,6 +102,28 @@ def test_a_lamp_shines_where_it_is(measure, view, agrees, veil, alpha):
     agrees(lit, 0.5 * (F * expected + (1 - F) * 0.1), of=2)
 
 
+FOG = "participatingMedia\n1\nABSORBING\n1e-9\n1e-9 1e-9 1e-9\nSCATTERING\n0\n0 0 0\n\n"
+MARBLE = (
+    "OBJECT\nsphere 900 0 0 1\nreflection Subsurface_Scattering\nMATERIAL_SYMBOL\nMarble\n\n"
+)
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("else_", [FOG, MARBLE], ids=["fog", "dipole"])
+@pytest.mark.parametrize("by", ["alpha", "d"])
+def test_the_same_beside_media_and_the_dipole(measure, view, agrees, veil, else_, by):
+    """A veil of 0.4 before a lamp and the sun, and one that shines."""
+    alpha = round(255 * 0.4) / 255
+    black = veil(alpha, by, 0).replace("color 0.5 0.5 0.5", "color 0 0 0")
+    for light in ("infinity", "lamp"):
+        text = view(*LOOK) + else_ + FLOOR + black + LIGHTS[light]
+        agrees(measure(text, spp=512), (1 - alpha) * SEEN[light], of=3)
+    sky = "BACKGROUND\n0.1 0.1 0.1\n\n"
+    shining = black.replace("color 0 0 0", "color 0 0 0\nemission 1 1 1")
+    text = view((0, 0, 20), (0, 0, 5)) + else_ + sky + shining
+    agrees(measure(text, spp=1024), alpha + (1 - alpha) * 0.1, of=3)
+
+
 NOTE = "no ray can meet this light"
 
 
