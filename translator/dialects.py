@@ -78,6 +78,8 @@ DIFFERENCES = {
                    "never"),
         Difference("chicken", "10.3", "absorption as published", "a tenth of it", "never"),
         Difference("texture", "11.2", "takes precedence", "replaces the colour", "same"),
+        Difference("texture-over-map", "11.2", "`texture` before map_Kd", "`texture` before map_Kd",
+                   "same"),
         Difference("alpha", "11.4", "0 is absent", "inverted on spheres and planes", "never"),
         Difference("angular-map", "11.5", "centre is -Z, unmirrored", "centre is +Z, mirrored",
                    "switch"),

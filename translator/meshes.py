@@ -11,6 +11,7 @@ import numpy as np
 
 from relume.translator.assets import Find
 from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.enclosures import INSIDE, winding_number
 from relume.translator.materials import Reflectances
 from relume.translator.mtl import Material, Materials, MtlError, TextureMap, read_mtl
 from relume.translator.mtl_names import library_names, spellings
@@ -82,6 +83,17 @@ class Meshes:
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
 
+    def enclose(self, path: Path, matrix: np.ndarray, p: np.ndarray) -> bool:
+        """Whether a mesh file under a matrix, (4, 4), winds around the point `p`, (3,)."""
+        box = self.bounds(path, matrix)
+        if box is None or np.any(p < box[0]) or np.any(p > box[1]):
+            return False
+        groups = self.read(path).groups
+        meshes = [
+            Mesh(group.vertices @ matrix[:3, :3].T + matrix[:3, 3], group.faces) for group in groups
+        ]
+        return abs(winding_number(meshes, p)) > INSIDE
+
     def parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a mesh object.
 
@@ -143,7 +155,8 @@ class Meshes:
             colored = group.colors is not None
             tint = reflectances(described, material, find, self.spectral, colored, block.color)
             entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
-            opacity = None if material is None or material.map_kd else material.opacity
+            pictured = block.texture is not None or (material is not None and material.map_kd)
+            opacity = None if material is None or pictured else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
             bump = self.bump(material, block, find)
             result.append(Part(name, entry, described, tint, opacity, bump))
@@ -261,6 +274,13 @@ def reflectances(
     Raises:
         ImageError: a picture cannot be read.
     """
+    if block.texture is not None:
+        if material is not None and material.map_kd is not None:
+            block.lines.remark("texture", "texture-over-map")
+        picture = load_texture(
+            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
+        )
+        return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:
         assert object_color is not None
         file = material.map_kd.file
@@ -273,11 +293,6 @@ def reflectances(
         repeat = material.repeat or block.repeat
         picture = material_texture(material.map_kd, path, repeat, spectral)
         return Reflectances(times(picture, object_color), block.specular)
-    if block.texture is not None:
-        picture = load_texture(
-            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
-        )
-        return Reflectances(picture, block.specular)
     if colored and (material is None or material.color is None):
         return Reflectances(VertexColor(), block.specular)
     return Reflectances(block.color, block.specular)
