@@ -1,154 +1,117 @@
-r"""The maps from directions to image coordinates that image-based lights use.
+"""The maps of `relume.dome_maps` in Dr.Jit, with their inverses and densities."""
 
-A map sends a unit vector n = (x, y, z), y up, to image coordinates (u, v) in [0, 1]²; u runs from
-the left column to the right one, v from the bottom row to the top one. The texel is the nearest
-one in the legacy sense, column floor((w - 1) u) and row floor((h - 1) v) from the bottom, so that
-the last column and row are only met at u = 1 or v = 1 exactly.
-
-| name               | u                                | v                          | centre of the image |
-|--------------------|----------------------------------|----------------------------|---------------------|
-| `transposed`       | arccos(z) / π                    | φ / 2π, φ = atan2(y, x)    | -X, columns go from +Z to -Z |
-| `panoramic`        | (1 + atan2(x, -z) / π) / 2       | 1 - arccos(y) / π          | -Z, +X to the right, +Y up |
-| `angular`          | (1 + x ρ) / 2                    | (1 + y ρ) / 2              | -Z, +X to the right, +Y up |
-| `angular_mirrored` | the same, with +z for -z in ρ    |                            | +Z, +X to the right, +Y up |
-| `equirectangular`  | (1 + atan2(z, x) / π) / 2        | 1 / 2 - arcsin(y) / π      | +X, +Z to the right, +Y down |
-| `hemisphere`       | (1 + z) / 2                      | (1 + x) / 2                | +Y, +Z to the right, +X up |
-
-with ρ = arccos(-z) / (π √(x² + y²)): `angular` is Debevec's light probe. Source: section 11.5 of
-the scene language; `angular_mirrored` is how the original program read such images.
-
-The arccos and arcsin are computed as atan2 of the two legs, which keeps float32 exact near the
-poles.
-"""  # noqa: E501
+from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from relume import dome_maps
+
 SINE_FLOOR = 1e-5  # keeps densities finite at the poles of a map
 
 
-def _polar(sine, cosine):
-    return dr.atan2(sine, cosine) * dr.inv_pi
-
-
-def _turn(y, x):
-    """Angle of (x, y) as a fraction of a full turn, in [0, 1)."""
-    angle = dr.atan2(y, x) * dr.inv_two_pi
-    return dr.select(angle < 0.0, angle + 1.0, angle)
-
-
-def _latlong_density(sine):
+def _latlong_density(sine: mi.Float) -> mi.Float:
     """d(u, v)/dω of a map that is linear in both angles: 1 / (2π² sin θ)."""
     return dr.rcp(2.0 * dr.square(dr.pi) * dr.maximum(sine, SINE_FLOOR))
 
 
-class Transposed:
-    @staticmethod
-    def to_uv(n):
-        return mi.Point2f(_polar(dr.hypot(n.x, n.y), n.z), _turn(n.y, n.x))
+class DomeMap:
+    """A map of `dome_maps.FORMULAS`; each map has its own class below.
 
-    @staticmethod
-    def to_direction(uv):
+    Args:
+        name: which.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.formula = dome_maps.FORMULAS[name]
+
+    def to_uv(self, n: mi.Vector3f) -> mi.Point2f:
+        """Image coordinates of unit vectors."""
+        return mi.Point2f(*self.formula(dr, n.x, n.y, n.z))
+
+    def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
+        """The inverse of `to_uv`: unit vectors, NaN where the image shows no direction."""
+        raise NotImplementedError
+
+    def density(self, n: mi.Vector3f) -> mi.Float:
+        """Area in (u, v) per solid angle at unit vectors."""
+        raise NotImplementedError
+
+
+class Transposed(DomeMap):
+    def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
         sine, cosine = dr.sincos(dr.pi * uv.x)
         s, c = dr.sincos(dr.two_pi * uv.y)
         return mi.Vector3f(sine * c, sine * s, cosine)
 
-    @staticmethod
-    def density(n):
+    def density(self, n: mi.Vector3f) -> mi.Float:
         return _latlong_density(dr.hypot(n.x, n.y))
 
 
-class Panoramic:
-    @staticmethod
-    def to_uv(n):
-        u = dr.fma(dr.atan2(n.x, -n.z), dr.inv_two_pi, 0.5)
-        return mi.Point2f(u, 1.0 - _polar(dr.hypot(n.x, n.z), n.y))
-
-    @staticmethod
-    def to_direction(uv):
+class Panoramic(DomeMap):
+    def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
         sine, cosine = dr.sincos(dr.pi * (1.0 - uv.y))
         s, c = dr.sincos(dr.pi * dr.fma(2.0, uv.x, -1.0))
         return mi.Vector3f(sine * s, cosine, -sine * c)
 
-    @staticmethod
-    def density(n):
+    def density(self, n: mi.Vector3f) -> mi.Float:
         return _latlong_density(dr.hypot(n.x, n.z))
 
 
-class Equirectangular:
-    @staticmethod
-    def to_uv(n):
-        u = dr.fma(dr.atan2(n.z, n.x), dr.inv_two_pi, 0.5)
-        return mi.Point2f(u, 0.5 - _polar(n.y, dr.hypot(n.x, n.z)))
-
-    @staticmethod
-    def to_direction(uv):
+class Equirectangular(DomeMap):
+    def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
         sine, cosine = dr.sincos(dr.pi * (0.5 - uv.y))
         s, c = dr.sincos(dr.pi * dr.fma(2.0, uv.x, -1.0))
         return mi.Vector3f(cosine * c, sine, cosine * s)
 
-    @staticmethod
-    def density(n):
+    def density(self, n: mi.Vector3f) -> mi.Float:
         return _latlong_density(dr.hypot(n.x, n.z))
 
 
-class Angular:
+class LightProbe(DomeMap):
     """Light probe with the direction `front` * Z at the centre; the rim is the opposite one."""
 
-    def __init__(self, front):
+    def __init__(self, name: str, front: float) -> None:
+        super().__init__(name)
         self.front = front
 
-    def to_uv(self, n):
-        sine = dr.hypot(n.x, n.y)
-        rho = _polar(sine, self.front * n.z) / dr.maximum(sine, 1e-20)
-        return mi.Point2f(dr.fma(0.5 * n.x, rho, 0.5), dr.fma(0.5 * n.y, rho, 0.5))
-
-    def to_direction(self, uv):
+    def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
         x, y = dr.fma(2.0, uv.x, -1.0), dr.fma(2.0, uv.y, -1.0)
         r = dr.hypot(x, y)
         sine, cosine = dr.sincos(dr.pi * r)
         scale = dr.select(r < 1.0, sine / dr.maximum(r, 1e-20), dr.nan)  # no direction beyond
         return mi.Vector3f(scale * x, scale * y, self.front * cosine)
 
-    def density(self, n):
+    def density(self, n: mi.Vector3f) -> mi.Float:
         sine = dr.hypot(n.x, n.y)
-        r = dr.maximum(_polar(sine, self.front * n.z), SINE_FLOOR)
+        r = dr.maximum(dr.atan2(sine, self.front * n.z) * dr.inv_pi, SINE_FLOOR)
         return r / (4.0 * dr.pi * dr.maximum(sine, SINE_FLOOR))
 
 
-class Hemisphere:
+class Hemisphere(DomeMap):
     """The dome seen from above, orthographically; below y = 0 it is mirrored."""
 
-    @staticmethod
-    def to_uv(n):
-        return mi.Point2f(dr.fma(0.5, n.z, 0.5), dr.fma(0.5, n.x, 0.5))
-
-    @staticmethod
-    def to_direction(uv):
+    def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
         z, x = dr.fma(2.0, uv.x, -1.0), dr.fma(2.0, uv.y, -1.0)
         return mi.Vector3f(x, dr.sqrt(1.0 - dr.square(x) - dr.square(z)), z)  # NaN off the dome
 
-    @staticmethod
-    def density(n):
+    def density(self, n: mi.Vector3f) -> mi.Float:
         return 0.25 * dr.abs(n.y)
 
 
-MAPS = {
-    "transposed": Transposed(),
-    "panoramic": Panoramic(),
-    "angular": Angular(-1.0),
-    "angular_mirrored": Angular(1.0),
-    "equirectangular": Equirectangular(),
-    "hemisphere": Hemisphere(),
+MAPS: dict[str, DomeMap] = {
+    "transposed": Transposed("transposed"),
+    "panoramic": Panoramic("panoramic"),
+    "angular": LightProbe("angular", -1.0),
+    "angular_mirrored": LightProbe("angular_mirrored", 1.0),
+    "equirectangular": Equirectangular("equirectangular"),
+    "hemisphere": Hemisphere("hemisphere"),
 }
 
 
-def find_map(name):
+def find_map(name: str) -> DomeMap:
     """Return the map called `name`.
-
-    Each has `to_uv(n)`, its inverse `to_direction(uv)` (NaN where the image shows no direction)
-    and `density(n)`, the area in (u, v) per solid angle at n.
 
     Raises:
         ValueError: there is none.
@@ -158,16 +121,18 @@ def find_map(name):
     return MAPS[name]
 
 
-def texel(uv, width, height):
+def texel(uv: mi.Point2f, width: int, height: int) -> tuple[mi.UInt32, mi.UInt32]:
     """Column and row from the top (`mi.UInt32`) of the texel at `uv` in a width x height image."""
 
-    def index(x, size):
+    def index(x: mi.Float, size: int) -> mi.UInt32:
         return mi.UInt32(dr.clip(dr.floor(x * (size - 1)), 0.0, size - 1))
 
     return index(uv.x, width), height - 1 - index(uv.y, height)
 
 
-def cell_solid_angles(dome_map, width, height, upper_only, samples=8):
+def cell_solid_angles(
+    dome_map: DomeMap, width: int, height: int, upper_only: bool, samples: int = 8
+) -> np.ndarray:
     """Solid angle of the directions that look up each texel.
 
     Args:
@@ -194,42 +159,3 @@ def cell_solid_angles(dome_map, width, height, upper_only, samples=8):
             per_uv = dr.rcp(dr.maximum(dome_map.density(n), SINE_FLOOR))
             total += np.array(dr.select(shown, per_uv, 0.0)).reshape(rows, columns)
     return total / (samples**2 * rows * columns)
-
-
-def resample_to_latlong(image, name, height=None, samples=3):
-    """Resample a dome image for the stock `envmap`.
-
-    Wanted where the dome is so much larger than the scene that parallax does not matter.
-
-    Args:
-        image: float array of shape (h, w, 3), first row on top.
-        name: one of `MAPS`.
-        height: rows of the result; default: as many as `image` has.
-        samples: samples x samples lookups are averaged for each texel of the result.
-
-    Returns:
-        float32 array of shape (height, 2 height, 3) in the layout of `envmap` without `to_world`:
-        rows from +Y to -Y with a row at each pole, the first column centred half a texel after
-        -Z, growing towards +X.
-
-    Raises:
-        ValueError: there is no such map.
-    """
-    dome_map = find_map(name)
-    image = np.asarray(image, dtype=np.float32)
-    h, w = image.shape[:2]
-    rows = height or h
-    columns = 2 * rows
-    texels = mi.Float(image.ravel())
-    result = np.zeros((rows * columns, 3))
-    j, i = dr.meshgrid(dr.arange(mi.Float, columns), dr.arange(mi.Float, rows))
-    for a in range(samples):
-        for b in range(samples):
-            s, c = dr.sincos(dr.two_pi * (j + (a + 0.5) / samples) / columns)
-            theta = dr.pi * (i + (b + 0.5) / samples - 0.5) / (rows - 1)
-            sine, cosine = dr.sincos(dr.clip(theta, 0.0, dr.pi))
-            n = mi.Vector3f(sine * s, cosine, -sine * c)
-            column, row = texel(dome_map.to_uv(n), w, h)
-            colour = dr.gather(mi.Color3f, texels, row * w + column)
-            result += np.array(colour).T
-    return (result / samples**2).reshape(rows, columns, 3).astype(np.float32)

@@ -23,7 +23,7 @@ r"""Image-based light on a sphere (``ibldome``)
      - string
      - How the image covers the sphere: ``transposed``, ``panoramic``, ``angular``,
        ``angular_mirrored``, ``equirectangular`` or ``hemisphere``; see
-       `relume.emitters.domemaps`. Default: ``transposed``.
+       `relume.dome_maps`. Default: ``transposed``.
    * - ``hemisphere``
      - boolean
      - Let only the upper half shine, y at or above the centre. Default: false.
@@ -57,7 +57,7 @@ shading point :math:`x` is
 A single texel of extreme radiance, such as the sun, is thus found as often as it matters.
 
 A stock sphere is intersected in single precision. For domes beyond about ten thousand times the
-size of the scene use an ``envmap``, for which ``relume.emitters.domemaps.resample_to_latlong``
+size of the scene use an ``envmap``, for which ``relume.translator.environment_maps.resample``
 prepares the image.
 
 **Source.** Scene language section 11.5; legacy manual, "IBL".

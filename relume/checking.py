@@ -1,14 +1,20 @@
 """`relume check`: what every line of scene files becomes, as a table or as JSON."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from relume import translator
-from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.diagnostics import LineReport, Problem, SceneError
+from relume.translator.outcomes import OUTCOMES, UnknownCode, explanation
 from relume.translator.source_text import read_lines
 
 EXIT = {"ok": 0, "error": 1, "unsupported": 3}
@@ -17,14 +23,32 @@ EXIT = {"ok": 0, "error": 1, "unsupported": 3}
 STYLES = {"translated": "", "approximated": "yellow", "ignored": "dim", "unsupported": "red"}
 
 
-def check_file(path, dialect="manual", asset_path=(), environ=None):
+Result: TypeAlias = dict[str, Any]
+"""What `check_file` returns."""
+
+
+def check_file(
+    path: str | Path,
+    dialect: str = "manual",
+    asset_path: Iterable[str | Path] = (),
+    environ: Mapping[str, str] | None = None,
+) -> Result:
     """Check one scene file.
+
+    Args:
+        path: the file.
+        dialect: `manual` or `prender`.
+        asset_path: folders in which files that the scene names are looked for.
+        environ: environment variables that override the file; by default those of the process.
 
     Returns:
         A dictionary with `file`, `status` (`ok`, `error` or `unsupported`), `errors`, `lines` and
-        `plan` (None where there are errors that forbid one).
+        `plan` (None where there are errors that forbid one). Each of the lines has `line`,
+        `keyword`, `outcome`, `note` and `codes`.
     """
-    problems, reports, plan, status = [], [], None, "ok"
+    problems: list[Problem] = []
+    reports: list[LineReport] = []
+    plan, status = None, "ok"
     try:
         document, problems = translator.parse(read_lines(path), path, environ)
         reports = document.lines.all
@@ -44,12 +68,12 @@ def check_file(path, dialect="manual", asset_path=(), environ=None):
         "file": str(path),
         "status": "error" if problems else status,
         "errors": [asdict(problem) for problem in problems],
-        "lines": [asdict(report) for report in sorted(reports, key=lambda report: report.line)],
+        "lines": [report.as_dict() for report in sorted(reports, key=lambda report: report.line)],
         "plan": None if problems else plan,
     }
 
 
-def files_below(paths):
+def files_below(paths: Iterable[str | Path]) -> Iterator[Path]:
     """The files named, and for folders the `.txt` files below them, in order."""
     for path in map(Path, paths):
         if path.is_dir():
@@ -58,18 +82,32 @@ def files_below(paths):
             yield path
 
 
-def exit_status(results):
+def exit_status(results: Iterable[Result]) -> int:
     """Exit status for a list of results: 1 for any error, else 3 for anything unsupported."""
     found = {result["status"] for result in results}
     return next((EXIT[status] for status in ("error", "unsupported") if status in found), 0)
 
 
-def print_results(results, console, *, every_line=True):
+def explained(code: str) -> str:
+    """An outcome's code explained, as in docs/outcomes.md.
+
+    Raises:
+        UnknownCode: there is none; the message suggests codes spelt alike, and lists all.
+    """
+    try:
+        return f"{code}\n\n{explanation(code)}"
+    except UnknownCode as error:
+        raise UnknownCode(f"{error}\nOutcomes: {', '.join(sorted(OUTCOMES))}") from None
+
+
+def print_results(
+    results: Sequence[Result], console: Console, *, every_line: bool = True
+) -> None:
     """Print results as tables.
 
     Args:
-        results: list of what `check_file` returns.
-        console: `rich.console.Console`.
+        results: what `check_file` returned for each file.
+        console: where to print.
         every_line: whether lines that are simply translated are listed, too.
     """
     for result in results:
@@ -81,12 +119,14 @@ def print_results(results, console, *, every_line=True):
         _print_lines(result, console, every_line)
         if result["plan"]:
             _print_plan(result["plan"], console)
+    if any(line["codes"] for result in results for line in result["lines"]):
+        console.print("[dim]relume check --explain CODE tells more of a note[/]")
     if len(results) > 1:
         counts = {s: sum(result["status"] == s for result in results) for s in EXIT}
         console.print(f"{len(results)} files: " + ", ".join(f"{n} {s}" for s, n in counts.items()))
 
 
-def _print_lines(result, console, every_line):
+def _print_lines(result: Result, console: Console, every_line: bool) -> None:
     lines = [
         line
         for line in result["lines"]
@@ -108,13 +148,20 @@ def _print_lines(result, console, every_line):
             str(line["line"]),
             escape(line["keyword"]),
             line["outcome"],
-            escape(line["note"]),
+            _note(line),
             style=style,
         )
     console.print(table)
 
 
-def _print_plan(plan, console):
+def _note(line: dict[str, Any]) -> str:
+    """A line's notes with their codes, but for those that begin with them."""
+    note, codes = line["note"], line["codes"]
+    unsaid = ", ".join(code for code in codes if f"{code}: " not in note)
+    return escape(f"{note} [{unsaid}]") if unsaid else escape(note)
+
+
+def _print_plan(plan: dict[str, Any], console: Console) -> None:
     reasons = plan["reasons"]
     console.print(
         f"  plan: {plan['width']}x{plan['height']}, {plan['spp']} spp ({escape(reasons['spp'])})\n"

@@ -28,12 +28,18 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.argument("paths", nargs=-1, metavar="PATH...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
+@click.option("--explain", "code", metavar="CODE", help="Explain the code of a note, and stop.")
 @scene_options
 def check(
-    paths: tuple[str, ...], as_json: bool, brief: bool, dialect: str, asset_path: tuple[str, ...]
+    paths: tuple[str, ...],
+    as_json: bool,
+    brief: bool,
+    code: str | None,
+    dialect: str,
+    asset_path: tuple[str, ...],
 ) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
@@ -42,6 +48,14 @@ def check(
     """
     from relume import checking
 
+    if code is not None:
+        try:
+            click.echo(checking.explained(code))
+        except KeyError as error:
+            raise click.BadParameter(str(error), param_hint="--explain") from None
+        return
+    if not paths:
+        raise click.UsageError("Missing argument 'PATH...'.")
     files = list(checking.files_below(paths))
     results = [checking.check_file(file, dialect, asset_path) for file in files]
     if as_json:
@@ -145,7 +159,7 @@ def convert(
     if (out is None) == (not as_python):
         raise click.UsageError("give either -o FILE.xml or --python")
     with readable_errors():
-        if as_python:
+        if out is None:
             click.echo(converter.python_source(scene, dialect, asset_path))
         else:
             for path in converter.write_xml(scene, out, dialect, asset_path):

@@ -120,19 +120,20 @@ def cluster_options(command: Callable[..., Any]) -> Callable[..., Any]:
     ) -> Any:
         from relume.cluster import MPI, Cluster
 
-        tls = (tls_ca, tls_cert, tls_key)
+        given = (tls_ca, tls_cert, tls_key)
+        tls = (tls_ca, tls_cert, tls_key) if tls_ca and tls_cert and tls_key else None
         if workers is not None and address is not None:
             raise click.UsageError("give either --workers or --cluster")
-        if any(tls) and not (all(tls) and (workers or address)):
+        if any(given) and not (tls and (workers or address)):
             raise click.UsageError("--tls-ca, --tls-cert and --tls-key go together, with a cluster")
-        if address == MPI and any(tls):
+        if address == MPI and tls:
             raise click.UsageError("--cluster mpi takes certificates from dask's own settings")
         if address == MPI:
             with readable_errors():
                 from relume.cluster.opening import join_mpi
 
                 join_mpi()
-        cluster = Cluster(workers, address, tls if all(tls) else None)
+        cluster = Cluster(workers, address, tls)
         return command(cluster=cluster if workers or address else None, **options)
 
     file = click.Path(exists=True, dir_okay=False)

@@ -59,6 +59,7 @@ beam = of("emitters/parallelbeam.py", BEAM)
 area = of("emitters/twosidedarea.py", f"{AREA}::test_shines_where_a_stock_area_light_is_black")
 dome = of("emitters/ibldome.py", f"{DOME}::test_sampling_density")
 dome_maps = of("emitters/domemaps.py", f"{DOME}::test_sampling_density")
+dome_formulas = of("relume/dome_maps.py", "relume/test_dome_maps.py")
 dispersive_path = of(
     "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
 )
@@ -381,10 +382,10 @@ MUTATIONS = [
         "return r / (4.0 * dr.pi",
         "return 1.02 * r / (4.0 * dr.pi",
     ),
-    dome_maps(
+    dome_formulas(
         "light probe 2 % too wide",
-        "rho = _polar(sine, self.front * n.z) /",
-        "rho = 0.98 * _polar(sine, self.front * n.z) /",
+        "rho = m.atan2(",
+        "rho = 0.98 * m.atan2(",
         "emitters/test_domemaps.py::test_every_direction_meets_the_nearest_texel",
     ),
     # ---- integrators, camera, session

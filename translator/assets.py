@@ -1,11 +1,19 @@
 """Finding the files that a scene names."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from relume.translator.diagnostics import Problem
+from relume.translator.diagnostics import LineReports, Problem
+from relume.translator.document import Document
 from relume.translator.expressions import clip
 from relume.translator.shapes import MeshFile
+from relume.translator.source_text import FileName
+
+Find = Callable[[str], Path | None]
+"""Function from the name of a file, as a scene gives it, to its path; None where it is missing."""
 
 MAX_ENTRIES = 100_000
 """Most entries of the folders of `asset_path` that are looked at."""
@@ -23,16 +31,16 @@ class Assets:
         asset_path: folders to look in.
     """
 
-    def __init__(self, document, asset_path=()):
+    def __init__(self, document: Document, asset_path: Iterable[FileName] = ()) -> None:
         self.beside = Path(document.path).parent
         self.folders = [Path(folder) for folder in asset_path]
-        self.index = None
-        self.found = {}
+        self.index: dict[str, list[Path]] | None = None
+        self.found: dict[str, Path | None] = {}
         self.named = list(self._named(document))
         for _, _, name in self.named:
             self.found.setdefault(name, self.find(name))
 
-    def problems(self):
+    def problems(self) -> list[Problem]:
         """A problem of kind `asset` for each missing file, at the line that names it."""
         return [
             Problem(
@@ -42,12 +50,12 @@ class Assets:
             if self.found[name] is None
         ]
 
-    def places(self):
+    def places(self) -> str:
         """The places that were looked in, for messages."""
         places = ["the working directory", "the folder of the scene"]
         return ", ".join(places + [str(folder) for folder in self.folders])
 
-    def find(self, name):
+    def find(self, name: str) -> Path | None:
         """Path of the file of a name, or None."""
         relative = name.replace("\\", "/")
         try:
@@ -58,7 +66,7 @@ class Assets:
             return None
         return self._below_folders(relative)
 
-    def _below_folders(self, relative):
+    def _below_folders(self, relative: str) -> Path | None:
         if self.index is None:
             self.index = self._list()
         parts = [part.casefold() for part in relative.split("/") if part not in ("", ".", "..")]
@@ -66,8 +74,9 @@ class Assets:
         # The file whose folders agree with the name's, from the end, in most places.
         return max(candidates, key=lambda path: _agreement(path, parts), default=None)
 
-    def _list(self):
-        index, entries = {}, 0
+    def _list(self) -> dict[str, list[Path]]:
+        index: dict[str, list[Path]] = {}
+        entries = 0
         for folder in self.folders:
             for root, folders, files in os.walk(folder):
                 folders.sort()
@@ -78,7 +87,7 @@ class Assets:
                     index.setdefault(file.casefold(), []).append(Path(root) / file)
         return index
 
-    def _named(self, document):
+    def _named(self, document: Document) -> Iterator[tuple[int, int, str]]:
         if document.background_texture is not None:
             yield self._place(document.lines, "background_texture", document.background_texture)
         for block in document.objects:
@@ -88,11 +97,11 @@ class Assets:
                 if (name := getattr(block, field)) is not None:
                     yield self._place(block.lines, field, name)
 
-    def _place(self, source, field, name):
-        return source.line(field), len(field) + 2, name
+    def _place(self, lines: LineReports, field: str, name: str) -> tuple[int, int, str]:
+        return lines.line(field), len(field) + 2, name
 
 
-def _agreement(path, parts):
+def _agreement(path: Path, parts: list[str]) -> int:
     count = 0
     for have, want in zip(reversed(path.parts), reversed(parts), strict=False):
         if have.casefold() != want:

@@ -1,11 +1,15 @@
 """Bump maps: normals turned by the gradient of a picture's luminance (spec section 11.8)."""
 
+from __future__ import annotations
+
 import math
+from pathlib import Path
 
 import numpy as np
 
 from relume.translator.images import bump_height, read_image
-from relume.translator.scene_values import Mesh, Picture
+from relume.translator.objects import Shape
+from relume.translator.scene_values import Entry, Mesh, Picture
 from relume.translator.shapes import Hemisphere, Sphere
 
 SLOPE = 25.5
@@ -13,7 +17,9 @@ SLOPE = 25.5
 program takes for spheres, 255 times 0.1."""
 
 
-def bumped(bsdf, path, entry, shape, *, flip):
+def bumped(
+    bsdf: Entry, path: str | Path, entry: Entry, shape: Shape | None, *, flip: bool
+) -> Entry:
     """A BSDF with a bump map.
 
     Args:
@@ -46,12 +52,12 @@ def bumped(bsdf, path, entry, shape, *, flip):
     }
 
 
-def texel_length(entry, shape, rows, columns):
+def texel_length(entry: Entry, shape: Shape | None, rows: int, columns: int) -> float:
     """Mean length of one texel on the surface [scene unit]."""
     if isinstance(shape, Sphere | Hemisphere) and "radius" in entry:
         return math.pi * entry["radius"] / rows
-    if isinstance(entry.get("mesh"), Mesh) and entry["mesh"].uv is not None:
-        mesh = entry["mesh"]
+    mesh = entry.get("mesh")
+    if isinstance(mesh, Mesh) and mesh.uv is not None:
         share = area(mesh.uv, mesh.faces)
         world = area(mesh.vertices, mesh.faces)
         return math.sqrt(world / share / (rows * columns)) if share > 0 else 0.0
@@ -62,7 +68,7 @@ def texel_length(entry, shape, rows, columns):
     return 0.0
 
 
-def area(points, faces):
+def area(points: np.ndarray, faces: np.ndarray) -> float:
     """Total area of triangles, whose corners have two or three coordinates."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     p, q = b - a, c - a

@@ -1,12 +1,15 @@
 """The camera and the film (spec sections 5, 13.4 and 13.5)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from relume.translator.document import Document
 from relume.translator.geometry import affine, compose, point, rotation, unit
-from relume.translator.scene_values import Matrix
+from relume.translator.scene_values import Entry, Matrix
 
 NEAR, FAR = 1e-6, 1e12
 """Clip distances: the original program has none, so they are out of reach [scene unit]."""
@@ -15,7 +18,7 @@ AXIS_TOLERANCE = 1e-6
 """Largest sine of the angle to the Z axis at which the stock thin lens is the program's lens."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class View:
     """What the camera keywords add up to.
 
@@ -34,7 +37,7 @@ class View:
     height: float
 
 
-def view(document, dialect="manual"):
+def view(document: Document, dialect: str = "manual") -> View:
     """The `View` of a document.
 
     Args:
@@ -62,8 +65,8 @@ def view(document, dialect="manual"):
     return View(origin, direction, right, np.cross(right, direction), width, height)
 
 
-def sensor(document, dialect="manual"):
-    """The sensor's dictionary, with film and sampler; notes go to the document's lines."""
+def sensor(document: Document, dialect: str = "manual") -> Entry:
+    """The sensor's dictionary, with film and sampler."""
     seen = view(document, dialect)
     # Mitsuba's camera looks along +Z with +X to the left of the picture.
     axes = np.stack([-seen.right, seen.up, seen.direction], axis=1)
@@ -79,7 +82,7 @@ def sensor(document, dialect="manual"):
     along_z = math.hypot(*seen.direction[:2]) <= AXIS_TOLERANCE
     if square and (radius <= 0 or along_z):
         fov = math.degrees(2 * math.atan(seen.height / 2))
-        result = {
+        result: Entry = {
             "type": "perspective",
             "fov_axis": "y",
             "fov": fov,
@@ -98,40 +101,36 @@ def sensor(document, dialect="manual"):
     } | common
 
 
-def film(document):
+def film(document: Document) -> Entry:
     """The film's dictionary: linear RGB in single precision, box or tent filter."""
-    if document.tent_filter:
-        reconstruction = {"type": "tent", "radius": 0.5}
-        note = "a tent of half-width 0.5 pixel, centred; the program's is off by a quarter pixel"
-        document.lines.remark("tent_filter", note)
-    else:
-        reconstruction = {"type": "box"}
+    tent = {"type": "tent", "radius": 0.5}
     return {
         "type": "hdrfilm",
         "width": document.image[0],
         "height": document.image[1],
         "pixel_format": "rgb",
         "component_format": "float32",
-        "rfilter": reconstruction,
+        "rfilter": tent if document.tent_filter else {"type": "box"},
     }
 
 
-def account(document, dialect):
-    """Notes on the camera's lines: rows of the table of dialects, and what has no effect."""
-    source = document.lines
+def report_camera(document: Document, dialect: str) -> None:
+    """Report what becomes of the camera's lines: dialect differences, and what has no effect."""
+    lines = document.lines
     if document.camera_angle is not None:
-        source.becomes("screen", "ignored", "CAMERA_ANGLE sets the field of view")
+        lines.becomes("screen", "screen-replaced")
         if document.image[0] != document.image[1]:
-            which = "horizontal" if dialect == "manual" else "vertical"
-            source.remark("camera_angle", f"camera-angle: read as the {which} field of view")
+            axis = "horizontal" if dialect == "manual" else "vertical"
+            lines.remark("camera_angle", "camera-angle", axis=axis)
     elif not math.isclose(document.screen[0], document.screen[1], rel_tol=1e-9):
-        source.remark("screen", "pixels are not square")
+        lines.remark("screen", "pixels-not-square")
     if document.target_pos is not None:
-        source.becomes("camera_dir", "ignored", "TARGET_POS sets the direction")
+        lines.becomes("camera_dir", "direction-replaced")
     if document.camera_matrix:
-        note = "camera-matrix-up: the up vector is not turned"
+        lines.remark("camera_matrix", "camera-matrix-up")
         if any(t.kind == "scale" for t in document.camera_matrix):
-            note += ", scale is ignored"
-        source.remark("camera_matrix", note)
+            lines.remark("camera_matrix", "camera-matrix-scale")
     if document.lens[0] <= 0:
-        source.becomes("lens", "ignored", "radius 0 or less: a pinhole")
+        lines.becomes("lens", "pinhole")
+    if document.tent_filter:
+        lines.remark("tent_filter", "tent-centred")

@@ -97,16 +97,21 @@ class Cursor:
         self.index = index
         return self.line
 
-    def described(self, word: str, outcome: str = "translated", note: str = "") -> LineReport:
-        """A report of the current line; blanks at its end, which stopped the program, are noted."""
-        report = LineReport(self.number, word, outcome, note)
-        if outcome == "translated" and self.line.endswith((" ", "\t")):
-            report.remark("blank at the end of the line dropped")
+    def described(self, word: str, code: str | None = None, /, **values: object) -> LineReport:
+        """A report of the current line, with the note of an outcome or as translated.
+
+        Blanks at the end of a translated line, which stopped the program, are noted.
+        """
+        report = LineReport(self.number, word)
+        if code is not None:
+            report.becomes(code, **values)
+        elif self.line.endswith((" ", "\t")):
+            report.remark("trailing-blank")
         return report
 
-    def report(self, word: str, outcome: str = "translated", note: str = "") -> LineReport:
+    def report(self, word: str, code: str | None = None, /, **values: object) -> LineReport:
         """Add a report of the current line and return it."""
-        self.reports.append(self.described(word, outcome, note))
+        self.reports.append(self.described(word, code, **values))
         return self.reports[-1]
 
     def error(self, column: int, message: str, kind: str = "syntax") -> None:
@@ -135,5 +140,4 @@ class Cursor:
         if close := self.nearest(word, words):
             self.error(1, f"'{clip(word)}' is no {what}; did you mean '{close}'?", "keyword")
         else:
-            note = f"no {what} of the language; the original program skips such lines"
-            self.report(clip(word), "ignored", note)
+            self.report(clip(word), "unknown-word", what=what)

@@ -1,9 +1,14 @@
 """What the translator tells the reader of a scene file: errors with a place, and line outcomes."""
 
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-OUTCOMES = ("translated", "approximated", "ignored", "unsupported")
-"""What can become of a line, from best to worst."""
+from relume.translator.outcome_rows import KINDS, Note
+from relume.translator.outcomes import OUTCOMES, make_note
 
 ERROR_KINDS = {
     "syntax": "The line does not have the form that its keyword asks for.",
@@ -42,12 +47,12 @@ class SceneError(Exception):
         problems: the errors, at least one.
     """
 
-    def __init__(self, file, problems):
+    def __init__(self, file: object, problems: Iterable[Problem]) -> None:
         self.file = str(file)
         self.problems = sorted(problems)
         super().__init__("\n".join(self.described()))
 
-    def described(self):
+    def described(self) -> list[str]:
         """The errors as `file:line:column: message` lines."""
         return [
             f"{self.file}:{p.line}:{p.column}: {p.message}"
@@ -64,25 +69,57 @@ class LineReport:
     Attributes:
         line: line number, from 1.
         keyword: the keyword the line belongs to (for a value line, the keyword above it).
-        outcome: one of `OUTCOMES`.
-        note: the reason, or what the reader should know; may be empty.
+        outcome: one of `outcome_rows.KINDS`.
+        notes: the reasons, or what the reader should know, in the order of the translation.
     """
 
     line: int
     keyword: str
-    outcome: str = "translated"
-    note: str = ""
+    outcome: str = KINDS[0]
+    notes: list[Note] = field(default_factory=list)
 
-    def becomes(self, outcome, note):
-        """Lower the outcome to `outcome` (never raise it) and add `note`."""
-        if OUTCOMES.index(outcome) > OUTCOMES.index(self.outcome):
-            self.outcome = outcome
-        self.remark(note)
+    @property
+    def note(self) -> str:
+        """All notes in one line of text."""
+        return "; ".join(note.text for note in self.notes)
 
-    def remark(self, note):
-        """Add `note` without changing the outcome."""
-        if note and note not in self.note:
-            self.note = f"{self.note}; {note}" if self.note else note
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """Codes of the notes, each once; `outcomes.OUTCOMES` explains them."""
+        return tuple(dict.fromkeys(note.code for note in self.notes))
+
+    def as_dict(self) -> dict[str, object]:
+        """The report as JSON values."""
+        place = {"line": self.line, "keyword": self.keyword, "outcome": self.outcome}
+        return place | {"note": self.note, "codes": list(self.codes)}
+
+    def becomes(self, code: str, /, **values: object) -> None:
+        """Add the note of an outcome, and lower the line to its kind; it is never raised.
+
+        Args:
+            code: key of `outcomes.OUTCOMES`, of another kind than `translated`.
+            values: for the placeholders of its note.
+
+        Raises:
+            KeyError: unknown code, or a value is missing.
+            ValueError: the outcome is a remark.
+        """
+        self.add(make_note(code, remark=False, **values))
+
+    def remark(self, code: str, /, **values: object) -> None:
+        """As `becomes`, with an outcome of the kind `translated`, which lowers no line."""
+        self.add(make_note(code, remark=True, **values))
+
+    def add(self, note: Note) -> None:
+        """Add a note that is made already; a second time it adds nothing."""
+        self.outcome = max(self.outcome, OUTCOMES[note.code].kind, key=KINDS.index)
+        if note not in self.notes:
+            self.notes.append(note)
+
+
+@functools.cache
+def _field_names(owner: type) -> frozenset[str]:
+    return frozenset(row.name for row in dataclasses.fields(owner))
 
 
 @dataclass
@@ -90,32 +127,69 @@ class LineReports:
     """Where the fields of a document, an object or a block were set.
 
     Attributes:
+        owner: the dataclass whose fields these are.
+        also: names besides its fields that lines set.
         reports: for each field name the reports of the lines that set it last (keyword line and
-            value lines); for `""` those that open the block.
+            value lines), empty for an environment variable; for `""` those that open the block.
         all: reports of all lines of the block, in file order.
     """
 
-    reports: dict = field(default_factory=dict)
-    all: list = field(default_factory=list)
+    owner: type
+    also: tuple[str, ...] = ()
+    reports: dict[str, list[LineReport]] = field(default_factory=dict)
+    all: list[LineReport] = field(default_factory=list)
 
-    def becomes(self, name, outcome, note):
-        """Set the outcome of the lines that gave the field `name`; nothing if the file has none."""
-        for report in self.reports.get(name, ()):
-            report.becomes(outcome, note)
+    def becomes(self, name: str, code: str, /, **values: object) -> None:
+        """Lower the lines that gave a field to an outcome; nothing if the file has none.
 
-    def remark(self, name, note):
-        """Add a note to the lines that gave the field `name`."""
-        for report in self.reports.get(name, ())[:1]:
-            report.remark(note)
+        Args:
+            name: the field, or `""` for the lines that open the block.
+            code: key of `outcomes.OUTCOMES`, of another kind than `translated`.
+            values: for the placeholders of its note.
 
-    def whole(self, outcome, note):
-        """Set the outcome of every line of the block."""
+        Raises:
+            KeyError: unknown field or code, or a value is missing.
+            ValueError: the outcome is a remark.
+        """
+        self.add(name, make_note(code, remark=False, **values))
+
+    def remark(self, name: str, code: str, /, **values: object) -> None:
+        """Remark on the first line that gave a field; otherwise as `becomes`."""
+        self.add(name, make_note(code, remark=True, **values))
+
+    def add(self, name: str, note: Note) -> None:
+        """Add a note that is made already: a remark to the first line, others to all lines."""
+        remark = OUTCOMES[note.code].kind == KINDS[0]
+        for report in self.of(name)[: 1 if remark else None]:
+            report.add(note)
+
+    def whole_becomes(self, code: str, /, **values: object) -> None:
+        """Report an outcome at every line of the block."""
         for report in self.all:
-            report.becomes(outcome, note)
+            report.becomes(code, **values)
 
-    def line(self, name=""):
+    def of(self, name: str) -> list[LineReport]:
+        """Reports of the lines that gave the field `name`, empty where none did.
+
+        Raises:
+            KeyError: there is no such field.
+        """
+        self.check(name)
+        return self.reports.get(name, [])
+
+    def check(self, name: str) -> None:
+        """Refuse what is no field of the owner."""
+        if name and name not in self.also and name not in _field_names(self.owner):
+            raise KeyError(f"{self.owner.__name__} has no field '{name}'")
+
+    def is_set(self, name: str) -> bool:
+        """Whether a line or an environment variable gives the field `name`."""
+        self.check(name)
+        return name in self.reports
+
+    def line(self, name: str = "") -> int:
         """Number of the line that set the field `name`; of the block's first line if none did."""
-        for reports in (self.reports.get(name), self.reports.get(""), self.all):
+        for reports in (self.of(name), self.of(""), self.all):
             if reports:
                 return reports[0].line
         return 1

@@ -4,32 +4,47 @@ Every row has an id that notes refer to. `--dialect prender` exists to match an 
 changes the rows of kind `switch` alone; a defect of kind `never` is copied by neither dialect.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+
+from relume.translator.outcome_rows import Outcome
 
 DIALECTS = ("manual", "prender")
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One row: id, section of the scene language, what the manual and the program do, and kind
-    (`switch`: the dialects differ; `never`: the program's defect is not copied; `same`: the program
-    settles what the manual leaves open)."""
+    """One row, which is an outcome of the lines that touch it, too (see `outcomes`).
+
+    Attributes:
+        id: its name, the code of the outcome.
+        section: section of the scene language.
+        manual: what the manual says.
+        program: what the original program does.
+        kind: `switch` (the dialects differ), `never` (the program's defect is not copied) or `same`
+            (the program settles what the manual leaves open).
+        note: what reports say where that is not made of the columns; may have placeholders.
+        outcome: kind of the outcome.
+    """
 
     id: str
     section: str
     manual: str
     program: str
     kind: str
+    note: str = ""
+    outcome: str = "translated"
 
 
 DIFFERENCES = {
     row.id: row
     for row in (
         Difference("camera-angle", "5.2", "horizontal field of view", "vertical field of view",
-                   "switch"),
+                   "switch", note="read as the {axis} field of view"),
         Difference("screen", "5.1", "garbled", "width, height and distance", "same"),
         Difference("camera-matrix-up", "5.3", "silent", "the up vector stays, scale is ignored",
-                   "same"),
+                   "same", note="the up vector is not turned"),
         Difference("uvplane-extent", "6.2", "edges U and V", "edges of squared length", "switch"),
         Difference("sphere-rotation", "6.2", "the centre turns about the origin",
                    "the angles become the centre", "never"),
@@ -45,7 +60,8 @@ DIFFERENCES = {
                    "switch"),
         Difference("no-reflection-line", "8.1", "diffuse", "mirror", "never"),
         Difference("roughness", "8.1", "vague", "weight of Lambert against mirror", "same"),
-        Difference("emission-units", "9.3", "silent", "irradiance pi emission", "same"),
+        Difference("emission-units", "9.3", "silent", "irradiance pi emission", "same",
+                   note="{quantity} pi times the emission"),
         Difference("infinity-length", "9.4", "the vector is a direction",
                    "brightness follows its length",
                    "switch"),
@@ -67,7 +83,8 @@ DIFFERENCES = {
                    "switch"),
         Difference("ibl-lookup", "11.5", "silent", "by the hit point", "same"),
         Difference("shadow", "11.7", "shadow catcher", "shadow catcher", "same"),
-        Difference("bump", "11.8", "turns the normal", "without effect on meshes", "never"),
+        Difference("bump", "11.8", "turns the normal", "without effect on meshes", "never",
+                   outcome="approximated"),
         Difference("luminance-cutoff", "13.4", "default 0, off", "default 0.025", "switch"),
         Difference("gamma", "13.5", "0 is no correction", "0 is 1/2.2", "same"),
         Difference("timelimit", "4", "a time", "hours", "same"),
@@ -78,13 +95,31 @@ DIFFERENCES = {
 }
 
 
-def note(id, dialect):
-    """The note for a line that touches a row: `id: what is done (instead of what)`."""
-    row = DIFFERENCES[id]
-    if row.kind == "same":
-        return f"{id}: {row.program} (the manual is {row.manual})" if row.manual in (
-            "garbled", "silent", "misprinted", "vague") else f"{id}: {row.program}"
-    done, instead = row.manual, row.program
-    if row.kind == "switch" and dialect == "prender":
-        return f"{id}: {instead}, as the program; the manual says {done}"
-    return f"{id}: {done}, as the manual; the program: {instead}"
+AGREEMENT = {
+    "switch": "`--dialect prender` follows the program here, to match an old picture.",
+    "never": "A defect of the program, which no dialect copies: an old picture differs here.",
+    "same": "Both dialects do the same.",
+}
+"""What each kind of row means to the reader."""
+
+SAYS_NOTHING = ("garbled", "silent", "misprinted", "vague")
+"""What the manual is where it leaves open what the program settles."""
+
+
+def outcome(row: Difference) -> Outcome:
+    """The row as an outcome of a line: its note says what is done, instead of what."""
+    done, instead = f"{row.manual}, as the manual; the program: {row.program}", ""
+    if row.kind == "switch":
+        instead = f"{row.program}, as the program; the manual says {row.manual}"
+    elif row.kind == "same":
+        open_ = f" (the manual is {row.manual})" if row.manual in SAYS_NOTHING else ""
+        done = f"{row.program}{open_}"
+    return Outcome(
+        code=row.id,
+        kind=row.outcome,
+        section=row.section,
+        note=f"{row.id}: {row.note or done}",
+        picture=f"The manual: {row.manual}. The original program: {row.program}.",
+        advice=AGREEMENT[row.kind],
+        prender_note=f"{row.id}: {instead}" if instead and not row.note else "",
+    )

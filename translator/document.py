@@ -220,4 +220,6 @@ class Document(Displayed):
     objects: list[SceneObject] = field(default_factory=list)
     gravity: list[BlackHole | WormHole] = field(default_factory=list)
     path: str = field(default="", compare=False)
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(Document), compare=False, repr=False
+    )

@@ -1,14 +1,26 @@
 """Pictures of the surroundings: light on domes, and the background (spec sections 11.5, 11.6)."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
-from relume.translator.dialects import note
+from relume import dome_maps
+from relume.translator.assets import Find
+from relume.translator.document import Document
+from relume.translator.giant_spheres import Ball
 from relume.translator.images import as_texture, read_image
-from relume.translator.reflectances import Texture, met
-from relume.translator.scene_values import Picture
-from relume.translator.shapes import Hemisphere, InfinityLight, Sphere
+from relume.translator.lights import is_spot, two_sided
+from relume.translator.objects import SceneObject
+from relume.translator.outcome_rows import Note
+from relume.translator.outcomes import make_note
+from relume.translator.reflectances import Texture, used_texels
+from relume.translator.scene_geometry import SceneGeometry
+from relume.translator.scene_values import Entry, Picture
+from relume.translator.shapes import Hemisphere, InfinityLight
 
 FAR = 50.0
 """A dome whose radius exceeds this multiple of the scene's extent becomes an environment map: what
@@ -25,128 +37,133 @@ FLAGS = (
 )
 """Flags of an object and the map they ask for, in order of precedence."""
 
+BLACK: Entry = {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}}
+"""A surface that reflects nothing."""
 
-def map_name(block, dialect):
-    """Name of the map of an object's picture, as the plugin `ibldome` knows it."""
+Formula = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Function from unit vectors (..., 3) to image coordinates u and v, from the bottom."""
+
+
+def map_name(block: SceneObject, dialect: str) -> str:
+    """Name of the map of an object's picture, as `dome_maps` knows it."""
     name = next((name for flag, name in FLAGS if getattr(block, flag)), "transposed")
     if name == "angular":
-        block.lines.remark("angular_map", note("angular-map", dialect))
+        block.lines.remark("angular_map", "angular-map", dialect=dialect)
         return "angular_mirrored" if dialect == "prender" else name
     return name
 
 
-def picture(path, block=None):
+def picture(path: Path | None, block: SceneObject) -> np.ndarray:
     """The linear pixels of a picture that shines, (height, width, 3), top row first."""
     image = read_image(path)
-    if not image.hdr and block is not None:
-        block.lines.remark("ibl_texture", "values of 0 to 255 are taken as linear")
+    if not image.hdr:
+        block.lines.remark("ibl_texture", "bytes-are-linear")
     return image.rgb
 
 
-class Domes:
-    """Makes the image-based lights of a scene.
+def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, Note | None]:
+    """The domes that become environment maps, looked up by direction instead of by hit point.
 
     Args:
         document: the document.
-        shapes: `surfaces.ShapeBuilder` of the document.
-        find: function from the name of a file to its path.
+        scene: where its objects are.
+
+    Returns:
+        Indices of the objects, with a note why; None for ellipsoids, which have no other way.
+    """
+    sun = any(isinstance(block.shape, InfinityLight) for block in document.objects)
+    found: dict[int, Note | None] = {}
+    for index, block in enumerate(document.objects):
+        if block.ibl_texture is None or is_spot(block) or index not in scene.balls:
+            continue
+        ball = scene.balls[index]
+        if ball is None:
+            found[index] = None
+        # Mitsuba takes one environment map.
+        elif not found and scene.encloses_camera(index):
+            if sun:
+                found[index] = make_note("dome-by-direction")
+            elif ball.radius > FAR * scene.inner.diameter:
+                degrees = math.degrees(scene.inner.diameter / ball.radius)
+                found[index] = make_note("dome-far", degrees=degrees)
+    return found
+
+
+def environment_of_dome(
+    block: SceneObject, pixels: np.ndarray, dialect: str, note: Note | None
+) -> Entry:
+    """The environment map that a dome becomes.
+
+    Args:
+        block: the object.
+        pixels: its picture, linear, (height, width, 3), top row first.
         dialect: `manual` or `prender` (row angular-map).
+        note: why it is one.
+    """
+    name = map_name(block, dialect)
+    if note is not None:
+        block.lines.add("ibl_texture", note)
+    latlong = resample(pixels, name, isinstance(block.shape, Hemisphere))
+    return environment(latlong, block.ibl_texture_coef)
+
+
+def dome(block: SceneObject, ball: Ball, pixels: np.ndarray, dialect: str) -> Entry:
+    """A sphere that shines, with the parallax kept; arguments as `environment_of_dome`."""
+    light: Entry = {
+        "type": "ibldome",
+        "picture": Picture(pixels),
+        "map": map_name(block, dialect),
+        "scale": block.ibl_texture_coef,
+    }
+    block.lines.remark("ibl_texture", "ibl-lookup")
+    black = BLACK
+    if isinstance(block.shape, Hemisphere):
+        light["hemisphere"] = True
+        # The default coordinate u runs around +Z from +X: its first half is where y > 0.
+        half = Texture(np.ones((1, 2, 3), np.float32), np.array([[1.0, 0.0]], np.float32))
+        black = {"type": "mask", "opacity": half.opacity(), "bsdf": black}
+    return {
+        "type": "sphere",
+        "center": [float(x) for x in ball.center],
+        "radius": float(ball.radius),
+        "bsdf": black,
+        "emitter": light,
+    }
+
+
+def shining_surface(
+    name: str, pixels: np.ndarray, scale: float, *, flip: bool, spectral: bool
+) -> Entry:
+    """BSDF and emitter of a surface that shines with a picture by its own coordinates.
+
+    Args:
+        name: key of the shape in the scene's dictionary.
+        pixels: linear, (height, width, 3), top row first.
+        scale: factor of the radiance.
+        flip: whether v = 0 is the bottom row.
         spectral: whether the scene is rendered by wavelength.
     """
-
-    def __init__(self, document, shapes, find, dialect, spectral):
-        self.shapes = shapes
-        self.find = find
-        self.dialect = dialect
-        self.spectral = spectral
-        self.sun = any(isinstance(b.shape, InfinityLight) for b in document.objects)
-        self.environments = 0
-
-    def light(self, index, block):
-        """The dictionary of an object with `ibl_texture`: a shape, or an environment map."""
-        pixels = picture(self.find(block.ibl_texture), block)
-        if not isinstance(block.shape, Sphere | Hemisphere):
-            return self.shapes.shape(index, block) | self.shining(
-                pixels, block.ibl_texture_coef, flip=True
-            )
-        ball = self.shapes.balls[index]
-        name = map_name(block, self.dialect)
-        upper = isinstance(block.shape, Hemisphere)
-        if ball is not None and not self.becomes_map(index, ball, block):
-            block.lines.remark("ibl_texture", note("ibl-lookup", self.dialect))
-            return self.dome(block, ball, pixels, name, upper)
-        self.environments += 1
-        latlong = resample(pixels, FORMULAS[name], upper)
-        return environment(latlong, block.ibl_texture_coef)
-
-    def becomes_map(self, index, ball, block):
-        """Whether a dome is replaced by an environment map, with a note why."""
-        if self.environments or not self.shapes.encloses(index, self.shapes.camera):
-            return False
-        if self.sun:
-            text = "an environment map, looked up by direction, so that infinity_light passes"
-            block.lines.becomes("ibl_texture", "approximated", text)
-            return True
-        if ball.radius > FAR * self.shapes.extent:
-            off = math.degrees(self.shapes.extent / ball.radius)
-            text = f"the dome is far: an environment map, looked up at most {off:.2g} degrees off"
-            block.lines.remark("ibl_texture", text)
-            return True
-        return False
-
-    def dome(self, block, ball, pixels, name, upper):
-        """A sphere that shines, with the parallax kept."""
-        light = {
-            "type": "ibldome",
-            "picture": Picture(pixels),
-            "map": name,
-            "scale": block.ibl_texture_coef,
-        }
-        black = {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}}
-        if upper:
-            light["hemisphere"] = True
-            # The default coordinate u runs around +Z from +X: its first half is where y > 0.
-            half = Texture(np.ones((1, 2, 3), np.float32), np.array([[1.0, 0.0]], np.float32))
-            black = {"type": "mask", "opacity": half.opacity(), "bsdf": black}
-        return {
-            "type": "sphere",
-            "center": [float(x) for x in ball.center],
-            "radius": float(ball.radius),
-            "bsdf": black,
-            "emitter": light,
-        }
-
-    def shining(self, pixels, scale, *, flip):
-        """BSDF and emitter of a surface that shines with a picture by its own coordinates.
-
-        Args:
-            pixels: linear, (height, width, 3), top row first.
-            scale: factor of the radiance.
-            flip: whether v = 0 is the bottom row.
-        """
-        shown = met(pixels) * np.float32(scale)
-        shown = np.ascontiguousarray(shown[::-1] if flip else shown)
-        return {
-            "bsdf": {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}},
-            "emitter": {"type": "twosidedarea", "radiance": self.radiance(shown)},
-        }
-
-    def radiance(self, pixels):
-        """The texture of radiances, the row at v = 0 first."""
-        if not self.spectral:
-            return Texture(pixels).entry()
-        # Only colours up to 1 have spectra, and those of reflectances, to be lit by white.
-        brightest = max(float(pixels.max()), 1e-30)
-        nested = Texture(pixels / np.float32(brightest), spectral=True)
-        return {"type": "d65", "scale": brightest, "nested": nested.entry()}
+    shown = used_texels(pixels) * np.float32(scale)
+    shown = np.ascontiguousarray(shown[::-1] if flip else shown)
+    return {"bsdf": BLACK, "emitter": two_sided(name, radiance(shown, spectral))}
 
 
-def environment(latlong, scale):
+def radiance(pixels: np.ndarray, spectral: bool) -> Entry:
+    """The texture of radiances (height, width, 3), the row at v = 0 first."""
+    if not spectral:
+        return Texture(pixels).entry()
+    # Only colours up to 1 have spectra, and those of reflectances, to be lit by white.
+    brightest = max(float(pixels.max()), 1e-30)
+    nested = Texture(pixels / np.float32(brightest), spectral=True)
+    return {"type": "d65", "scale": brightest, "nested": nested.entry()}
+
+
+def environment(latlong: np.ndarray, scale: float) -> Entry:
     """The dictionary of an environment map from linear pixels (height, width, 3)."""
     return {"type": "envmap", "picture": Picture(latlong), "scale": float(scale)}
 
 
-def directions(height, width):
+def directions(height: int, width: int) -> np.ndarray:
     """Directions (height, width, 3) at the texels of Mitsuba's environment map, Y up."""
     v = (np.arange(height) + 0.5) / height * np.pi
     u = (np.arange(width) + 0.5) / width * 2 * np.pi
@@ -154,47 +171,27 @@ def directions(height, width):
     return np.stack([np.sin(v) * np.sin(u), np.cos(v), -np.sin(v) * np.cos(u)], axis=-1)
 
 
-def _turn(y, x):
-    return np.mod(np.arctan2(y, x) / (2 * np.pi), 1.0)
-
-
-def _angular(z):
-    def formula(n):
-        r = np.hypot(n[..., 0], n[..., 1])
-        rho = np.arctan2(r, z * n[..., 2]) / (np.pi * np.maximum(r, 1e-30))
-        return 0.5 + 0.5 * n[..., 0] * rho, 0.5 + 0.5 * n[..., 1] * rho
-
-    return formula
-
-
-FORMULAS = {
-    "transposed": lambda n: (
-        np.arccos(np.clip(n[..., 2], -1, 1)) / np.pi,
-        _turn(n[..., 1], n[..., 0]),
-    ),
-    "panoramic": lambda n: (
-        0.5 * (1 + np.arctan2(n[..., 0], -n[..., 2]) / np.pi),
-        1 - np.arccos(np.clip(n[..., 1], -1, 1)) / np.pi,
-    ),
-    "angular": _angular(-1),
-    "angular_mirrored": _angular(1),
-    "equirectangular": lambda n: (
-        (np.arctan2(n[..., 2], n[..., 0]) + np.pi) / (2 * np.pi),
-        0.5 - np.arcsin(np.clip(n[..., 1], -1, 1)) / np.pi,
-    ),
-    "hemisphere": lambda n: (0.5 * (1 + n[..., 2]), 0.5 * (1 + n[..., 0])),
-}
-"""Column and row coordinates (u, v from the bottom) of a direction for each map (section 11.5)."""
-
-
-def resample(pixels, formula, upper=False):
-    """A latitude-longitude map of a picture: the mean of 2x2 nearest texels for each direction.
+def resample(pixels: np.ndarray, name: str, upper: bool = False) -> np.ndarray:
+    """A latitude-longitude map, for `envmap`, of the picture of a dome.
 
     Args:
         pixels: (h, w, 3), top row first.
-        formula: function from directions (..., 3) to u and v.
+        name: its map, one of `dome_maps.FORMULAS`.
         upper: whether directions below the horizon are black.
+
+    Returns:
+        Array (rows, 2 rows, 3), rows being `MAP_ROWS` or 2 h, if that is more.
     """
+    formula = dome_maps.FORMULAS[name]
+
+    def to_uv(n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return formula(dome_maps.Numpy, n[..., 0], n[..., 1], n[..., 2])
+
+    return _resample(pixels, to_uv, upper)
+
+
+def _resample(pixels: np.ndarray, formula: Formula, upper: bool = False) -> np.ndarray:
+    """The mean of the nearest texels of 2 x 2 directions for each texel."""
     height = max(MAP_ROWS, 2 * pixels.shape[0])
     n = directions(2 * height, 4 * height)
     u, v = formula(n)
@@ -204,7 +201,7 @@ def resample(pixels, formula, upper=False):
     return texels.reshape(height, 2, 2 * height, 2, 3).mean(axis=(1, 3))
 
 
-def nearest(pixels, u, v):
+def nearest(pixels: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Texels in column floor((w - 1) u) and, from the bottom, row floor((h - 1) v)."""
     h, w = pixels.shape[:2]
     column = np.floor((w - 1) * np.clip(u, 0, 1)).astype(int)
@@ -212,15 +209,15 @@ def nearest(pixels, u, v):
     return pixels[h - 1 - row, column].copy()
 
 
-def background(document, find):
+def background(document: Document, find: Find) -> Entry | None:
     """The environment map of `background_texture`, `map_coef` and `coef`, or None (11.6)."""
     if document.background_texture is None:
         return None
     image = as_texture(read_image(find(document.background_texture)))
     a, b, c, d = document.map_coef
-    document.lines.becomes("background", "ignored", "background_texture takes its place")
+    document.lines.becomes("background", "background-replaced")
 
-    def formula(n):
+    def formula(n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         theta = np.arccos(np.clip(n[..., 2], -1, 1))
         phi = np.mod(np.arctan2(n[..., 1], n[..., 0]), 2 * np.pi)
         theta = np.abs(np.fmod(a * theta + b, np.pi))
@@ -229,4 +226,4 @@ def background(document, find):
         h, w = image.rgb.shape[:2]
         return phi / (2 * np.pi) * w / max(w - 1, 1), theta / np.pi * h / max(h - 1, 1)
 
-    return environment(resample(image.rgb, formula), document.coef)
+    return environment(_resample(image.rgb, formula), document.coef)

@@ -54,4 +54,4 @@ def _override(
         setattr(target, row.field, value)
         # An empty list says that the value is set, though by no line.
         target.lines.reports.setdefault(row.field, [])
-        target.lines.remark(row.field, f"overridden by the environment variable {spelling}")
+        target.lines.remark(row.field, "overridden-by-variable", name=spelling)

@@ -18,6 +18,9 @@ import math
 import re
 from collections.abc import Callable, Mapping
 
+from relume.translator.outcome_rows import Note
+from relume.translator.outcomes import make_note
+
 MAX_DEPTH = 64
 """Deepest nesting of brackets, signs and powers; deeper text is an error, not a crash."""
 
@@ -74,7 +77,7 @@ class ExpressionError(ValueError):
 
 def evaluate(
     text: str, variables: Mapping[str, float] | None = None
-) -> tuple[list[tuple[float, int]], list[str]]:
+) -> tuple[list[tuple[float, int]], list[Note]]:
     """Evaluate the expressions of one line.
 
     Args:
@@ -119,7 +122,7 @@ class _Parser:
         self.text = text
         self.variables = variables
         self.position = 0
-        self.notes: list[str] = []
+        self.notes: list[Note] = []
 
     def skip_blanks(self) -> None:
         while self.position < len(self.text) and self.text[self.position] in " \t":
@@ -208,7 +211,7 @@ class _Parser:
         except (ValueError, OverflowError):
             raise ExpressionError(start, f"'{clip(digits)}' is not a number") from None
         if len(digits) > 1 and digits[0] == "0" and digits.isdigit():
-            self.notes.append(f"'{digits}' read as decimal; the original program read octal")
+            self.notes.append(make_note("leading-zero", digits=digits))
         return float(digits)
 
     def named(self, name: str, start: int, depth: int) -> float:

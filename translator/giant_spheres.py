@@ -7,12 +7,17 @@ double precision: two of them where the sphere is flat within the tolerance, els
 around the point nearest to the camera, finer there than far away.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from relume.translator.geometry import frame, unit
+from relume.translator.outcome_rows import Note
+from relume.translator.outcomes import make_note
 from relume.translator.scene_values import Mesh
 
 GIANT_RATIO = 20.0
@@ -33,7 +38,7 @@ MARGIN = 1.5
 """How much larger than what probe rays see of a closed room a patch is made."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ball:
     """A sphere in world space: centre (3,) and radius."""
 
@@ -41,38 +46,45 @@ class Ball:
     radius: float
 
 
-def nearest_point(ball, camera):
+def nearest_point(ball: Ball, camera: np.ndarray) -> np.ndarray:
     """The point of a sphere that is nearest to the camera."""
     offset = camera - ball.center
     direction = unit(offset) if np.any(offset) else np.array([0.0, 1.0, 0.0])
     return ball.center + ball.radius * direction
 
 
-def is_giant(ball, camera):
+def is_giant(ball: Ball, camera: np.ndarray) -> bool:
     """Whether single precision would fail on a sphere as the camera at `camera` (3,) sees it."""
-    return ball.radius > GIANT_RATIO * (1 + np.max(np.abs(nearest_point(ball, camera))))
+    reach = 1 + np.max(np.abs(nearest_point(ball, camera)))
+    return bool(ball.radius > GIANT_RATIO * reach)
 
 
 class Surroundings:
     """What bounds the view: giant spheres and infinite planes, seen from the rest of the scene.
 
     Args:
-        giants: list of `Ball`.
-        planes: list of pairs (point, normal).
+        giants: the spheres.
+        planes: pairs (point, normal), (3,) each.
         camera: position of the camera, (3,). All that it sees, directly or by way of another
             surface, lies in its own part of space; objects beyond the walls do not matter.
         extent: diameter of the finite part of the scene.
     """
 
-    def __init__(self, giants, planes, camera, extent):
+    def __init__(
+        self,
+        giants: Sequence[Ball],
+        planes: Sequence[tuple[np.ndarray, np.ndarray]],
+        camera: np.ndarray,
+        extent: float,
+    ) -> None:
         self.giants = giants
         self.planes = planes
         self.camera = camera
         near = [np.linalg.norm(nearest_point(ball, camera) - camera) for ball in giants]
-        self.extent = max(extent, min(near, default=1.0))
+        self.extent = float(max(extent, min(near, default=1.0)))
         self.reach = self._reach()
 
-    def patch(self, index, closed=False):
+    def patch(self, index: int, closed: bool = False) -> tuple[Mesh, Note]:
         """The triangles for one giant sphere.
 
         Args:
@@ -80,20 +92,21 @@ class Surroundings:
             closed: whether the whole sphere is needed whatever can be seen.
 
         Returns:
-            (mesh, text): a `Mesh` with outward normals, and what was done, for the report.
+            (mesh, note): a mesh with outward normals, and what was done, for the report.
         """
         ball = self.giants[index]
         pole = unit(nearest_point(ball, self.camera) - ball.center)
         reach = None if closed else self.reach[index]
         if reach is not None and reach**2 / (2 * ball.radius) <= TOLERANCE * self.extent:
             sagitta = reach**2 / (2 * ball.radius)
-            text = f"a flat patch, at most {sagitta:.2g} off the sphere"
-            return flat_patch(ball, pole, reach), text
+            return flat_patch(ball, pole, reach), make_note("giant-sphere-flat", off=sagitta)
         mesh = rings(ball, pole, self.extent, reach)
-        text = f"{len(mesh.faces)} triangles, at most {TOLERANCE * self.extent:.2g} off the sphere"
-        return mesh, text + ("" if reach is None else " where the scene can see it")
+        count, off = len(mesh.faces), TOLERANCE * self.extent
+        if reach is None:
+            return mesh, make_note("giant-sphere-whole", count=count, off=off)
+        return mesh, make_note("giant-sphere-patch", count=count, off=off)
 
-    def distances(self):
+    def distances(self) -> list[float]:
         """How far from the camera the seen parts of the giants end at most; none if open."""
         return [
             float(np.linalg.norm(nearest_point(ball, self.camera) - self.camera)) + reach
@@ -101,7 +114,7 @@ class Surroundings:
             if reach is not None
         ]
 
-    def _reach(self):
+    def _reach(self) -> list[float | None]:
         """For each giant how far from its pole the scene sees it, or None if the scene is open."""
         origins = self.camera[None]
         seen = np.zeros(len(self.giants))
@@ -116,32 +129,34 @@ class Surroundings:
                     seen[k] = max(seen[k], np.linalg.norm(on_ball - pole, axis=1).max())
             step = max(1, len(hits) // 64)
             origins = hits[::step] + 1e-3 * (self.camera - hits[::step])
-        return [MARGIN * reach if reach > 0 else None for reach in seen]
+        return [MARGIN * float(reach) if reach > 0 else None for reach in seen]
 
-    def _cast(self, origins, count=512):
+    def _cast(
+        self, origins: np.ndarray, count: int = 512
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rays in all directions from all origins: hit points, index of what is hit, distances."""
         directions = fibonacci_sphere(count)
         o = np.repeat(origins, count, axis=0)
         d = np.tile(directions, (len(origins), 1))
         best, which = np.full(len(o), np.inf), np.full(len(o), -1)
         for k, ball in enumerate(self.giants):
-            _keep(best, which, sphere_distance(o, d, ball), k)
+            _keep_nearest(best, which, sphere_distance(o, d, ball), k)
         for k, (p, n) in enumerate(self.planes):
             with np.errstate(divide="ignore", invalid="ignore"):
                 t = ((p - o) @ n) / (d @ n)
-            _keep(best, which, np.where(t > 0, t, np.inf), len(self.giants) + k)
+            _keep_nearest(best, which, np.where(t > 0, t, np.inf), len(self.giants) + k)
         finite = np.isfinite(best)
         hits = o + d * np.where(finite, best, 0.0)[:, None]
         return hits, which, best
 
 
-def _keep(best, which, t, index):
+def _keep_nearest(best: np.ndarray, which: np.ndarray, t: np.ndarray, index: int) -> None:
     nearer = t < best
     best[nearer] = t[nearer]
     which[nearer] = index
 
 
-def sphere_distance(o, d, ball):
+def sphere_distance(o: np.ndarray, d: np.ndarray, ball: Ball) -> np.ndarray:
     """Distance along rays o + t d (N, 3) to a sphere, inf where they miss; good for large radii."""
     f = o - ball.center
     b = np.einsum("ij,ij->i", f, d)
@@ -155,7 +170,7 @@ def sphere_distance(o, d, ball):
     return np.where(b * b >= c, nearest, np.inf)
 
 
-def fibonacci_sphere(count):
+def fibonacci_sphere(count: int) -> np.ndarray:
     """`count` directions spread evenly over the sphere, (count, 3)."""
     k = np.arange(count) + 0.5
     z = 1 - 2 * k / count
@@ -164,7 +179,7 @@ def fibonacci_sphere(count):
     return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
 
 
-def flat_patch(ball, pole, half_side):
+def flat_patch(ball: Ball, pole: np.ndarray, half_side: float) -> Mesh:
     """A square touching the sphere at its pole."""
     axes = frame(pole)
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half_side
@@ -172,7 +187,7 @@ def flat_patch(ball, pole, half_side):
     return Mesh(vertices, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
-def rings(ball, pole, extent, reach):
+def rings(ball: Ball, pole: np.ndarray, extent: float, reach: float | None) -> Mesh:
     """The sphere, or its cap of arc `reach` around the pole, as rings of triangles.
 
     A square facet of side c is furthest off the sphere in the middle of its diagonal, by the
@@ -199,7 +214,7 @@ def rings(ball, pole, extent, reach):
     return Mesh(vertices, ring_faces(len(theta), segments))
 
 
-def ring_faces(rows, segments):
+def ring_faces(rows: int, segments: int) -> np.ndarray:
     """Faces of a fan around vertex 0 and of the bands between `rows` rings of vertices."""
     k = np.arange(segments)
     following = (k + 1) % segments

@@ -40,7 +40,9 @@ class BlackHole:
         "map_coef", NUMBER, 4, (1.0, 0.0, 1.0, 0.0), "Turn of the sky.", **OUTSIDE
     )
     coef: float = beside("coef", NUMBER, 1, 1.0, "Factor of the sky.", **OUTSIDE)
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(BlackHole), compare=False, repr=False
+    )
 
 
 @document_fields
@@ -73,7 +75,9 @@ class WormHole:
     )
     coef1: float = beside("coef1", NUMBER, 1, 1.0, "Factor of the near sky.", **OUTSIDE)
     coef2: float = beside("coef2", NUMBER, 1, 1.0, "Factor of the far sky.", **OUTSIDE)
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(WormHole), compare=False, repr=False
+    )
 
 
 GRAVITY_BLOCKS: dict[str, type[BlackHole | WormHole]] = {

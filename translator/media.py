@@ -1,19 +1,26 @@
 """Media: the one around all objects, and those inside objects (spec section 10)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from relume.translator.dialects import note
+from relume.translator.document import Document
+from relume.translator.giant_spheres import Ball
+from relume.translator.materials import Reflectances
 from relume.translator.materials_table import MATERIALS
+from relume.translator.objects import SceneObject
 from relume.translator.reflectances import entry
-from relume.translator.scene_values import rgb
+from relume.translator.scene_values import Entry, Mesh, rgb
 from relume.translator.watertight import open_edges
 
-NONE = 1e-12
+LEAST_EXTINCTION = 1e-12
 """Mean extinction below which there is no medium [1/scene unit]."""
 
-FLOOR = 1e-6
+LEAST_CHANNEL = 1e-6
 """Least extinction of a channel in units of the largest: stock integrators lose the other channels,
 or return NaN, where one has none."""
 
@@ -39,39 +46,39 @@ class HomogeneousMedium:
         g: mean cosines of the Henyey-Greenstein phase function.
     """
 
-    sigma_s: tuple
-    sigma_a: tuple
-    g: tuple = (0.0, 0.0, 0.0)
+    sigma_s: tuple[float, ...]
+    sigma_a: tuple[float, ...]
+    g: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @property
-    def sigma_t(self):
+    def sigma_t(self) -> np.ndarray:
         """Extinction coefficients, (3,)."""
         return np.add(self.sigma_s, self.sigma_a)
 
     @property
-    def reduced(self):
+    def reduced(self) -> np.ndarray:
         """Reduced extinction coefficients sigma_s (1 - g) + sigma_a, (3,)."""
         return np.multiply(self.sigma_s, np.subtract(1, self.g)) + self.sigma_a
 
     @property
-    def exists(self):
+    def exists(self) -> bool:
         """Whether there is anything between the surfaces."""
-        return self.sigma_t.mean() >= NONE
+        return bool(self.sigma_t.mean() >= LEAST_EXTINCTION)
 
     @property
-    def chromatic(self):
+    def chromatic(self) -> bool:
         """Whether the extinction differs between the channels."""
         return bool(np.ptp(self.sigma_t) > 1e-6 * self.sigma_t.max())
 
-    def scaled(self, factor):
+    def scaled(self, factor: float) -> HomogeneousMedium:
         """The medium with both coefficients multiplied."""
         s, a = (tuple(factor * x for x in sigma) for sigma in (self.sigma_s, self.sigma_a))
         return replace(self, sigma_s=s, sigma_a=a)
 
-    def entry(self):
+    def entry(self) -> Entry:
         """The dictionary of the medium; it must exist."""
         scale = float(self.sigma_t.max())
-        extinction = np.maximum(self.sigma_t, FLOOR * scale)
+        extinction = np.maximum(self.sigma_t, LEAST_CHANNEL * scale)
         # Where a channel has none the albedo does not matter.
         albedo = np.divide(self.sigma_s, self.sigma_t, out=np.ones(3), where=self.sigma_t > 0)
         return {
@@ -83,36 +90,35 @@ class HomogeneousMedium:
         }
 
 
-def phase(g):
+def phase(g: Sequence[float]) -> Entry:
     """The dictionary of a phase function: Mitsuba's own where its single g will do."""
     if len(set(g)) == 1 and abs(g[0]) < 1:
         return {"type": "hg", "g": float(g[0])} if g[0] else {"type": "isotropic"}
     return {"type": "hgrgb", "g": [float(x) for x in g]}
 
 
-def around(document):
-    """The `HomogeneousMedium` around all objects, or None; notes go to the document's lines."""
-    source = document.lines
+def surrounding_medium(document: Document) -> HomogeneousMedium | None:
+    """The medium around all objects, or None; notes go to the document's lines."""
+    lines = document.lines
     if not document.participating_media:
         return None
     medium = HomogeneousMedium(document.scattering, document.absorbing, document.phase)
     if not medium.exists:
-        source.becomes("participating_media", "ignored", "no SCATTERING or ABSORBING above 0")
+        lines.becomes("participating_media", "empty-medium")
         return None
-    source.remark("scattering", note("medium-units", "manual"))
-    source.remark("phase", note("medium-phase", "manual"))
+    lines.remark("scattering", "medium-units")
+    lines.remark("phase", "medium-phase")
     return medium
 
 
-def boundary(ball, document):
+def boundary(ball: Ball, document: Document) -> Entry:
     """The shape that ends the medium around all objects: light from infinity must get through.
 
     Args:
-        ball: `giant_spheres.Ball` around the scene.
+        ball: a ball around the scene.
         document: the document, for a note.
     """
-    text = f"fills a ball of radius {ball.radius:.4g} around the scene"
-    document.lines.remark("participating_media", text)
+    document.lines.remark("participating_media", "medium-ball", radius=ball.radius)
     return {
         "type": "sphere",
         "center": [float(x) for x in ball.center],
@@ -122,7 +128,7 @@ def boundary(ball, document):
     }
 
 
-def inside(block):
+def interior_medium(block: SceneObject) -> tuple[HomogeneousMedium, float]:
     """The medium inside an object and its index of refraction; notes go to the object's lines.
 
     `MATERIAL_SYMBOL` sets all of them; lines after it set their own anew (section 10.2).
@@ -131,68 +137,66 @@ def inside(block):
     index = block.refractive_index
     if block.material_symbol is not None:
         measured = MATERIALS[block.material_symbol]
-        own = {
+        own: dict[str, tuple[str, Any]] = {
             "sigma_s": ("scattering", measured.sigma_s),
             "sigma_a": ("absorbing", measured.sigma_a),
             "g": ("phase", measured.g),
         }
         for name, (field, value) in own.items():
-            if not later(block, field, "material_symbol"):
+            if not is_set_after(block, field, "material_symbol"):
                 medium = replace(medium, **{name: value})
-                block.lines.becomes(field, "ignored", "MATERIAL_SYMBOL below sets it anew")
-        if not later(block, "refractive_index", "material_symbol"):
+                block.lines.becomes(field, "replaced-by-material")
+        if not is_set_after(block, "refractive_index", "material_symbol"):
             index = measured.eta
-            block.lines.becomes("refractive_index", "ignored", "MATERIAL_SYMBOL sets the index")
+            block.lines.becomes("refractive_index", "index-from-material")
         if block.material_symbol.startswith("Chicken"):
-            block.lines.remark("material_symbol", note("chicken", "manual"))
+            block.lines.remark("material_symbol", "chicken")
     elif index == 0:
-        block.lines.remark("refractive_index", "0 read as 1.5")
+        block.lines.remark("refractive_index", "index-zero")
         index = 1.5
-    if block.lines.reports.get("scattering"):
-        block.lines.remark("scattering", note("sss-gate", "manual"))
+    block.lines.remark("scattering", "sss-gate")
     if block.level == 0:
         medium = replace(medium, sigma_s=(0.0,) * 3)
-        block.lines.remark("level", "absorption alone")
+        block.lines.remark("level", "absorption-alone")
     elif block.level > 0:
-        block.lines.becomes("level", "approximated", "scattering of every order is followed")
+        block.lines.becomes("level", "all-orders")
     return medium.scaled(block.material_scale), index
 
 
-def check_closed(block, parts):
-    """Note it where the meshes of an object with a medium inside leave it open.
-
-    Args:
-        block: `SceneObject`.
-        parts: `meshes.Part`s that bound the medium.
-    """
-    meshes = [part.entry["mesh"] for part in parts]
+def report_open_meshes(block: SceneObject, meshes: Sequence[Mesh]) -> None:
+    """Report it where the meshes that bound the medium inside an object leave it open."""
     count = open_edges(meshes) if meshes else 0
     if count:
-        text = f"the mesh is not closed: {count} edges have no second face, light leaks there"
-        block.lines.becomes("", "approximated", text)
+        block.lines.becomes("", "mesh-not-closed", count=count)
 
 
-def later(block, field, other):
+def is_set_after(block: SceneObject, field: str, other: str) -> bool:
     """Whether a line that sets `field` comes after the one that sets `other`."""
-    if not block.lines.reports.get(field):
+    if not block.lines.of(field):
         return False
     return block.lines.line(field) > block.lines.line(other)
 
 
-def subsurface(block, reflectances, medium, index, dialect):
+def dipole(
+    block: SceneObject,
+    reflectances: Reflectances,
+    medium: HomogeneousMedium,
+    index: float,
+    dialect: str,
+) -> Entry:
     """The dictionary of the material that the integrator `dipole` knows.
 
     Args:
-        block: `SceneObject`.
-        reflectances: its `Reflectances`, at most 1.
-        medium: the `HomogeneousMedium` inside.
+        block: the object.
+        reflectances: its colours, at most 1.
+        medium: the medium inside.
         index: index of refraction inside.
         dialect: `manual` or `prender`.
     """
     scale = max(*medium.sigma_s, *medium.sigma_a, 1e-30)
     reach = search_radius(block, medium, dialect)
     if block.reflection.kind not in ("glass", None):
-        block.lines.becomes("reflection", "approximated", "sss-base: a smooth boundary")
+        block.lines.becomes("reflection", "dipole-boundary")
     return {
         "type": "subsurface",
         "sigma_s": rgb(np.divide(medium.sigma_s, scale)),
@@ -207,7 +211,7 @@ def subsurface(block, reflectances, medium, index, dialect):
     }
 
 
-def search_radius(block, medium, dialect):
+def search_radius(block: SceneObject, medium: HomogeneousMedium, dialect: str) -> float:
     """Radius within which light may enter, 0 for no limit [scene unit].
 
     The manual's 1.25 sqrt(log(1e-4) / -sigma_t) R_max, with the least reduced extinction of the
@@ -215,37 +219,42 @@ def search_radius(block, medium, dialect):
     limits what a file sets `MATERIAL_R_MAX` for, and all objects in the dialect `prender`.
     """
     reduced = medium.reduced
-    asked = "material_r_max" in block.lines.reports or dialect == "prender"
+    asked = block.lines.is_set("material_r_max") or dialect == "prender"
     if not asked or reduced.min() <= 0:
         return 0.0
     radius = 1.25 * float(np.sqrt(np.log(1e4) / reduced.min())) * block.material_r_max
-    block.lines.remark("material_r_max", f"light enters within {radius:.4g} of where it leaves")
+    block.lines.remark("material_r_max", "search-radius", radius=radius)
     return radius
 
 
-def why_simulated(document, dispersive):
-    """Why the objects that ask for the dipole are simulated all the same; empty if they are not."""
+def obstacle_to_dipole(document: Document, spectral: bool) -> str | None:
+    """Code of the reason why objects that ask for the dipole are simulated; None if they are not.
+
+    Args:
+        document: the document.
+        spectral: whether the scene is rendered by wavelength.
+    """
     if document.participating_media:
-        return "there is a medium around all objects"
-    if dispersive:
-        return "wavelengths matter in the scene"
+        return "simulated-in-medium"
+    if spectral:
+        return "simulated-by-wavelength"
     scattering = (b for b in document.objects if b.reflection.subsurface)
     if any(not uses_dipole(block) for block in scattering):
-        return "another object of the scene asks for the simulation"
-    return ""
+        return "simulated-with-another"
+    return None
 
 
-def uses_dipole(block):
+def uses_dipole(block: SceneObject) -> bool:
     """Whether an object is rendered by the dipole: the last of `BSSRDF` and `level` counts.
 
     `level -2` asks for the dipole, a level from 0 on for the simulation (section 10.2).
     """
-    if block.level == -1 or later(block, "bssrdf", "level"):
+    if block.level == -1 or is_set_after(block, "bssrdf", "level"):
         return block.bssrdf
     return block.level == -2
 
 
-def with_method(document, dipole):
+def with_method(document: Document, dipole: bool) -> Document:
     """A document all of whose scattering objects are rendered one way.
 
     Args:
@@ -253,7 +262,7 @@ def with_method(document, dipole):
         dipole: True for the dipole, False for the simulation.
     """
 
-    def forced(block):
+    def forced(block: SceneObject) -> SceneObject:
         stays = block.level == -1 or (block.level == -2) == dipole
         return replace(block, bssrdf=dipole, level=block.level if stays else -1)
 

@@ -10,7 +10,8 @@ from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
 from relume.translator.mtl import MtlError, read_mtl
 from relume.translator.obj import MeshError, features, read_obj
-from relume.translator.objects import Reflection
+from relume.translator.objects import Reflection, SceneObject
+from relume.translator.outcomes import make_note
 from relume.translator.reflectances import VertexColor, load_texture, times
 from relume.translator.scene_values import Matrix, Mesh
 
@@ -29,7 +30,7 @@ class Part:
     Attributes:
         name: suffix for the scene dictionary.
         entry: the shape's dictionary without BSDF.
-        block: `SceneObject` with the material's attributes in place of its own.
+        block: the object with the material's attributes in place of its own.
         reflectances: its `Reflectances`.
         opacity: a constant opacity, or None.
         bump: path of the material's bump map, or None.
@@ -37,10 +38,10 @@ class Part:
 
     name: str
     entry: dict
-    block: object
+    block: SceneObject
     reflectances: Reflectances
     opacity: float | None = None
-    bump: object = None
+    bump: Path | None = None
 
 
 class Meshes:
@@ -102,15 +103,15 @@ class Meshes:
             return None
         path = find(material.map_bump.file)
         if path is None:
-            note = f"no such file '{material.map_bump.file}' for map_Bump"
-            block.lines.becomes("", "approximated", note)
+            file = material.map_bump.file
+            block.lines.becomes("", "material-picture-missing", file=file, key="map_Bump")
         return path
 
     def _parts(self, block, path, matrix):
         """The parts of a file with materials, vertex colours or other extensions."""
         obj = self.read(path)
-        for line, text in obj.notes[:20]:
-            block.lines.remark("", f"{Path(path).name}:{line}: {text}")
+        for line, note in obj.notes[:20]:
+            block.lines.add("", note.at(f"{Path(path).name}:{line}"))
         library, folders = materials(obj, path, self.find, block)
 
         def find(name):
@@ -165,11 +166,12 @@ def materials(obj, path, find, block):
         beside = Path(path).parent / name.replace("\\", "/")
         file = beside if beside.is_file() else find(name)
         if file is None:
-            block.lines.remark("", f"{Path(path).name}:{line}: no such file '{name}'")
+            missing = make_note("material-library-missing", name=name)
+            block.lines.add("", missing.at(f"{Path(path).name}:{line}"))
             continue
         found = read_mtl(file)
-        for note in found.notes[:20]:
-            block.lines.remark("", f"{Path(file).name}:{note[0]}: {note[1]}")
+        for line, note in found.notes[:20]:
+            block.lines.add("", note.at(f"{Path(file).name}:{line}"))
         library.update(found)
         folders.append(Path(file).parent)
     return library, folders
@@ -213,11 +215,10 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
         file = material.map_kd.file
         path = find(file)
         if path is None:
-            block.lines.becomes("", "approximated", f"no such file '{file}' for map_Kd")
+            block.lines.becomes("", "material-picture-missing", file=file, key="map_Kd")
             return Reflectances(object_color, block.specular)
         if any(block.emission) and material.emission:
-            note = "#EMISSION is taken as it is, not multiplied by map_Kd"
-            block.lines.becomes("", "approximated", note)
+            block.lines.becomes("", "emission-not-textured")
         u, v, _ = material.map_kd.scale
         du, dv, _ = material.map_kd.offset
         picture = load_texture(

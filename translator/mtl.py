@@ -11,6 +11,8 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from .outcomes import make_note
+
 MAX_BYTES = 16 << 20
 """Largest MTL file that is read (16 MiB)."""
 
@@ -146,7 +148,7 @@ class Materials(dict):
     """Materials of a file by lower-case name; the last of several equal names counts.
 
     Attributes:
-        notes: (line, text) of what was ignored or read otherwise than written.
+        notes: (line, `Note`) of what was ignored or read otherwise than written.
     """
 
     def __init__(self):
@@ -246,7 +248,7 @@ class _Reader:
         if key == "newmtl":
             self.begin(line, rest)
         elif self.material is None:
-            self.note(f"{key!r} before the first newmtl is ignored")
+            self.note("mtl-before-newmtl", key=repr(key))
         elif key.startswith("map_kd"):
             self.store("map_kd", self.texture(line, rest))
         elif key in ("map_bump", "bump"):
@@ -261,7 +263,7 @@ class _Reader:
             self.store("ward", tuple(self.numbers(line, 2)))
         else:
             if key not in self.unknown:
-                self.note(f"{key!r} means nothing here and is ignored")
+                self.note("mtl-key-unknown", key=repr(key))
             self.unknown.add(key)
 
     def is_extension(self, key, rest):
@@ -270,14 +272,14 @@ class _Reader:
             return False
         if _STARTS_NUMBER.match(rest):
             return True
-        self.note(f"{key!r} without a number is taken as a comment")
+        self.note("mtl-comment", key=repr(key))
         return False
 
     def begin(self, line, name):
         if not name:
             raise self.error(_indent(line), "newmtl without a name")
         if name.casefold() in self.found:
-            self.note(f"material {name!r} is defined again: the last definition counts")
+            self.note("mtl-defined-again", name=repr(name))
             del self.found[name.casefold()]
         self.material = Material(name, self.number)
         self.found[name.casefold()] = self.material
@@ -285,9 +287,9 @@ class _Reader:
     def color(self, line, key):
         words = line.split("#")[0].split() if not key.startswith("#") else line.split()
         if words[1:2] in (["spectral"], ["xyz"]):
-            self.note(f"{words[0]} {words[1]} is not supported and ignored")
+            self.note("mtl-color-unsupported", key=words[0], form=words[1])
         elif len(words) == 2:
-            self.note(f"{words[0]} with one number is grey")
+            self.note("mtl-grey", key=words[0])
             self.store(_COLORS[key], tuple(self.numbers(line, 1)) * 3)
         else:
             self.store(_COLORS[key], tuple(self.numbers(line, 3)))
@@ -295,11 +297,11 @@ class _Reader:
     def scalar(self, line, key):
         attribute = _FLOATS[key]
         if key == "d" and "-halo" in line.split():
-            self.note("option '-halo' is ignored")
+            self.note("mtl-halo")
             line = line.replace("-halo", "     ")
         value = self.numbers(line, 1)[0]
         if attribute in _SHARES and not 0 <= value <= 1:
-            self.note(f"{key} {value:g} is brought into the range 0 to 1")
+            self.note("mtl-clamped", key=key, value=value)
             value = min(max(value, 0.0), 1.0)
         self.store(attribute, value)
 
@@ -341,7 +343,7 @@ class _Reader:
             elif option == "-clamp" and values:
                 result["clamp"] = values[0][1] == "on"
             else:
-                self.note(f"option {option!r} is ignored")
+                self.note("mtl-option-ignored", option=repr(option))
         return result
 
     def numbers(self, line, count):
@@ -351,7 +353,8 @@ class _Reader:
             message = f"{words[0][1]} with {len(words) - 1} of {count} numbers"
             raise self.error(words[0][0], message)
         if len(words) > count + 1 and not words[count + 1][1].startswith("#"):
-            self.note(f"{' '.join(w for _, w in words[count + 1 :])!r} is ignored")
+            text = " ".join(w for _, w in words[count + 1 :])
+            self.note("mtl-extra-ignored", text=repr(text))
         return [self.parse(*word) for word in words[1 : count + 1]]
 
     def parse(self, offset, word):
@@ -359,8 +362,8 @@ class _Reader:
             raise self.error(offset, f"{word!r} is not a finite number")
         return float(word)
 
-    def note(self, text):
-        self.found.notes.append((self.number, text))
+    def note(self, code, /, **values):
+        self.found.notes.append((self.number, make_note(code, **values)))
 
     def store(self, attribute, value):
         setattr(self.material, attribute, value)

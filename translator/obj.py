@@ -40,6 +40,7 @@ from .obj_text import (
     split_by_label,
     unify,
 )
+from .outcomes import make_note
 
 __all__ = [
     "MAX_BYTES",
@@ -169,7 +170,8 @@ class _Reader:
             for i in np.flatnonzero(self.kinds == _MTLLIB)
             for name in [self.rest(i)]
         ]
-        return ObjFile(groups, mtllib, sorted(self.notes), positions, triangles[:, :, 0])
+        notes = sorted(self.notes, key=lambda note: (note[0], note[1].text))
+        return ObjFile(groups, mtllib, notes, positions, triangles[:, :, 0])
 
     # -- lines ----------------------------------------------------------------------------------
 
@@ -272,7 +274,7 @@ class _Reader:
         if short.any():
             lines = np.flatnonzero(self.kinds == _V)
             line = self.place(self.starts[lines[np.argmax(short)]])[0]
-            self.notes.append((line, f"{short.sum()} vertices without a colour are white"))
+            self.notes.append((line, make_note("vertices-without-color", count=short.sum())))
         return positions, colors
 
     # -- faces ----------------------------------------------------------------------------------
@@ -323,8 +325,7 @@ class _Reader:
         many = np.flatnonzero(counts > 4)
         if len(many):
             line = self.place(self.starts[np.flatnonzero(self.kinds == _F)[many[0]]])[0]
-            text = f"{len(many)} faces with more than 4 corners, split about their first corner"
-            self.notes.append((line, text))
+            self.notes.append((line, make_note("many-cornered-faces", count=len(many))))
 
     def note_other_lines(self):
         seen = {}
@@ -333,8 +334,8 @@ class _Reader:
             if word not in _IGNORED and not word.startswith(b"#"):
                 seen.setdefault(word, line)
         for word, line in list(seen.items())[:20]:
-            text = f"lines that begin with {decode(word[:40])!r} are ignored"
-            self.notes.append((self.place(self.starts[line])[0], text))
+            note = make_note("obj-lines-ignored", word=repr(decode(word[:40])))
+            self.notes.append((self.place(self.starts[line])[0], note))
 
     # -- groups ---------------------------------------------------------------------------------
 
@@ -356,8 +357,8 @@ class _Reader:
         given = corners.min(axis=0) >= 0
         for k in np.flatnonzero(~given & (corners.max(axis=0) >= 0)):
             where = f"material {name!r}" if name else "faces without material"
-            text = f"{where}: not all corners name a {_ATTRIBUTES[k]}, so none is used"
-            self.notes.append((line or 1, text))
+            note = make_note("corners-without-attribute", where=where, attribute=_ATTRIBUTES[k])
+            self.notes.append((line or 1, note))
         source, attributes, faces = unify(corners * given)
         unit = None
         if given[2]:
@@ -365,7 +366,7 @@ class _Reader:
             length = np.linalg.norm(unit, axis=1, keepdims=True)
             unit = unit / length if length.min() > 0 else None
             if unit is None:
-                self.notes.append((line or 1, "normals of length 0: the normals are not used"))
+                self.notes.append((line or 1, make_note("normals-of-length-zero")))
         return Group(
             material=name,
             line=line,

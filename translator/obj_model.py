@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .outcome_rows import Note
+
 MAX_BYTES = 1 << 30
 """Largest OBJ file that is read (1 GiB, about 25 million triangles)."""
 
@@ -58,14 +60,14 @@ class ObjFile:
     Attributes:
         groups: one `Group` per material that has faces, in order of appearance.
         mtllib: names after ``mtllib``, with their lines, in file order.
-        notes: (line, text) of what was read otherwise than written.
+        notes: (line, `Note`) of what was read otherwise than written.
         positions: all vertices of the file, float64 (N, 3).
         triangles: all triangles as indices into `positions`, int64 (T, 3).
     """
 
     groups: list[Group]
     mtllib: list[tuple[int, str]]
-    notes: list[tuple[int, str]]
+    notes: list[tuple[int, Note]]
     positions: np.ndarray = field(repr=False)
     triangles: np.ndarray = field(repr=False)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from relume.translator.cursor import Cursor
-from relume.translator.diagnostics import LineReport, LineReports
+from relume.translator.diagnostics import LineReport
 from relume.translator.expressions import clip
 from relume.translator.forms.numbers import Triple
 from relume.translator.forms.transforms import TRANSFORMS, Transform
@@ -15,13 +15,13 @@ from relume.translator.values import ValueReader
 ATTRIBUTES = by_word(SceneObject)
 
 LOOKALIKES = {
-    "direct_normal": "no keyword; the original program skips it",
-    "texture_coef": "no keyword; the original program skips it",
-    "coef": "no attribute of an object; the original program skips it",
-    "nromal": "misspelt; only the line right below a disk or plane may be so",
-    "diskX": "no shape; the original program leaves it undefined",
+    "direct_normal": "no-keyword",
+    "texture_coef": "no-keyword",
+    "coef": "no-attribute",
+    "nromal": "misspelt-normal",
+    "diskX": "undefined-shape",
 }
-"""Words of real files that look like keywords and are none (spec section 1.5)."""
+"""Words of real files that look like keywords and are none (spec section 1.5), with the outcome."""
 
 
 def read_object(cursor: Cursor) -> list[SceneObject]:
@@ -36,7 +36,7 @@ def read_object(cursor: Cursor) -> list[SceneObject]:
 class _ObjectReader:
     def __init__(self, cursor: Cursor) -> None:
         self.cursor = cursor
-        self.object = SceneObject(lines=LineReports())
+        self.object = SceneObject()
         self.lines = self.object.lines
 
     def read(self) -> list[SceneObject]:
@@ -50,7 +50,7 @@ class _ObjectReader:
         self.lines.all = cursor.reports[first:]
         if self.object.shape is None:
             if len(cursor.problems) == problems:
-                self.lines.whole("ignored", "an object without a usable shape is left out")
+                self.lines.whole_becomes("object-without-shape")
             return []
         return [self.object]
 
@@ -78,7 +78,7 @@ class _ObjectReader:
 
     def unknown_shape(self, word: str) -> None:
         if word in LOOKALIKES:
-            self.cursor.report(word, "ignored", LOOKALIKES[word])
+            self.cursor.report(word, LOOKALIKES[word])
             return
         close = self.cursor.nearest(word, SHAPES)
         hint = f"; did you mean '{close}'?" if close else f"; shapes are {', '.join(SHAPES)}"
@@ -95,7 +95,7 @@ class _ObjectReader:
                 message = f"{row.name} expects a radius above 0"
                 raise values.error(message, "range", values.columns[k])
             if numbers[k] < 0:
-                report.remark(f"radius {numbers[k]:g} read as {-numbers[k]:g}")
+                report.remark("negative-radius", given=numbers[k], read=-numbers[k])
                 numbers[k] = -numbers[k]
         if row.name == "disk2" and not 0 <= numbers[4] < numbers[3]:
             wanted = f"disk2 expects an inner radius of 0 to below {numbers[3]:g}"
@@ -109,7 +109,7 @@ class _ObjectReader:
         with self.cursor.noting_problems():
             x, y, z = values.numbers(3)
             for note in values.notes:
-                report.remark(note)
+                report.add(note)
             return x, y, z
         return None
 
@@ -159,7 +159,7 @@ class _ObjectReader:
         elif word in ATTRIBUTES:
             ATTRIBUTES[word].read(cursor, word, self.object)
         elif word in LOOKALIKES:
-            cursor.report(word, "ignored", LOOKALIKES[word])
+            cursor.report(word, LOOKALIKES[word])
         else:
             cursor.unknown(word, {*ATTRIBUTES, *TRANSFORMS}, "attribute")
 

@@ -180,6 +180,10 @@ class SceneObject:
     blackhole_disk: bool = beside(
         "blackhole_disk", FLAG, 1, False, "Disk of a black hole.", section="14", in_manual=False
     )
-    lines: LineReports = field(default_factory=LineReports, compare=False, repr=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(SceneObject, also=("subsurface",)),
+        compare=False,
+        repr=False,
+    )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from relume.translator import checks, environment_variables
 from relume.translator.cursor import Cursor
-from relume.translator.diagnostics import LineReports, Problem, SceneError
+from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
 from relume.translator.expressions import clip
 from relume.translator.forms.transforms import TRANSFORMS
@@ -145,10 +145,9 @@ class _FileReader:
         return word in self.keywords or word in self.blocks
 
     def in_disabled_block(self, line: int, opener: str, word: str) -> None:
-        note = f"part of the {opener} block disabled in line {line}"
+        report = self.cursor.report(clip(word), "disabled-block", opener=opener, line=line)
         if word in self.keywords:
-            note += "; the original program would apply it to the whole scene"
-        self.cursor.report(clip(word), "ignored", note)
+            report.becomes("disabled-block-keyword")
 
     def stray(self, word: str) -> None:
         """A line that belongs to no keyword: a value left over, a misspelling, or anything."""
@@ -157,15 +156,13 @@ class _FileReader:
             message = f"'{clip(cursor.line.strip())}': a keyword must start in the first column"
             cursor.error(1, message, "keyword")
         elif word in OBJECT_WORDS:
-            note = "outside any OBJECT block, which an empty line ends"
-            cursor.report(word, "ignored", note)
+            cursor.report(word, "outside-object")
         elif word in LOOKALIKES:
-            cursor.report(word, "ignored", LOOKALIKES[word])
+            cursor.report(word, LOOKALIKES[word])
         elif self.disabled_word:
-            note = f"a value of the disabled {self.disabled_word}"
-            cursor.report(clip(word), "ignored", note)
+            cursor.report(clip(word), "disabled-value", word=self.disabled_word)
         elif word[0] in "0123456789+-.(%":
-            cursor.report(clip(word), "ignored", "a value without a keyword")
+            cursor.report(clip(word), "value-without-keyword")
         else:
             cursor.unknown(word, self.known, "keyword")
 
@@ -180,7 +177,7 @@ class _FileReader:
 
     def gravity(self, word: str) -> None:
         cursor = self.cursor
-        block = GRAVITY_BLOCKS[word](lines=LineReports())
+        block = GRAVITY_BLOCKS[word]()
         first = len(cursor.reports)
         block.lines.reports[""] = [cursor.report(word)]
         position = cursor.beside()

@@ -1,7 +1,17 @@
 """The smallest means that render a scene: variant, integrator, plugins, with reasons."""
 
+from __future__ import annotations
+
 import dataclasses
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from relume.translator.scene_values import Entry
+
+if TYPE_CHECKING:
+    from relume.translator.document import Document
+    from relume.translator.media import HomogeneousMedium
 
 RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
 
@@ -26,10 +36,10 @@ class RenderPlan:
     width: int
     height: int
     spp: int
-    plugins: tuple
-    reasons: dict
+    plugins: tuple[str, ...]
+    reasons: dict[str, str]
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """The plan as JSON values."""
         return asdict(self) | {"plugins": list(self.plugins)}
 
@@ -44,61 +54,73 @@ BOOTSTRAP = 0.25
 """Uniform samples to each mutation at least: few of them leave single bright paths as spots."""
 
 
-def metropolis(document):
+def metropolis(document: Document) -> str | None:
     """The Metropolis integrator that a document asks for, or None; energy redistribution wins."""
     return "erpt" if document.erpt else "pssmlt" if document.metropolis else None
 
 
-def mutations(document):
+def mutations(document: Document) -> int:
     """Mutations of a pixel in each run of a Metropolis render: a whole number, 1 or more."""
     return max(1, round(document.mutation)) if document.mutation > 0 else MUTATIONS
 
 
-def samples(document):
+def samples(document: Document) -> int:
     """Samples of a pixel: of a Metropolis render, its mutations in all runs."""
     if metropolis(document):
         return document.sampling * mutations(document)
     return document.sampling * document.supersampling**2
 
 
-def with_samples(document, spp):
+def with_samples(document: Document, spp: int) -> Document:
     """The document with another number of samples of a pixel.
 
     Energy redistribution has whole chains: `spp` is rounded up to a multiple of their length.
     """
-    runs = {"sampling": int(spp), "supersampling": 1}
     if document.erpt:
-        runs["sampling"] = -(-int(spp) // mutations(document))
-    elif document.metropolis:
+        chains = -(-int(spp) // mutations(document))
+        return dataclasses.replace(document, sampling=chains, supersampling=1)
+    document = dataclasses.replace(document, sampling=int(spp), supersampling=1)
+    if document.metropolis:
         # The bootstrap keeps its share.
-        runs |= {"mutation": 1.0, "mlt_sample": document.mlt_sample / mutations(document)}
-    return dataclasses.replace(document, **runs)
+        share = document.mlt_sample / mutations(document)
+        return dataclasses.replace(document, mutation=1.0, mlt_sample=share)
+    return document
 
 
-def samples_reason(document):
+def samples_reason(document: Document) -> str:
+    """Where the number of samples comes from, in words."""
     if metropolis(document):
         return f"SAMPLING {document.sampling} runs of {mutations(document)} mutations a pixel"
     return f"SAMPLING {document.sampling} x SUPERSAMPLING {document.supersampling} squared"
 
 
-def bootstrap(document):
+def bootstrap(document: Document) -> float:
     """Uniform samples to each mutation of `pssmlt`: those of mlt_sample, or `BOOTSTRAP` if more."""
     return max(BOOTSTRAP, document.mlt_sample / mutations(document))
 
 
-def around(document, dialect, paths, reason):
+def metropolis_integrator(
+    document: Document, dialect: str, paths: Entry, reason: str
+) -> tuple[Entry, str]:
     """The Metropolis integrator around the one that traces paths, and the reason for it."""
     if document.erpt:
-        result = {"type": "erpt", "length": mutations(document), "paths": paths}
-        return result, f"energyRedistributionPathTracing; its paths: {reason}"
+        chains = {"type": "erpt", "length": mutations(document), "paths": paths}
+        return chains, f"energyRedistributionPathTracing; its paths: {reason}"
     mutation = "lux" if dialect == "prender" else "kelemen"
-    result = {"type": "pssmlt", "mutation": mutation, "bootstrap": bootstrap(document)}
-    if "mlt_resampling" in document.lines.reports:
+    result: Entry = {"type": "pssmlt", "mutation": mutation, "bootstrap": bootstrap(document)}
+    if document.lines.is_set("mlt_resampling"):
         result["resampling"] = document.mlt_resampling
     return result | {"paths": paths}, f"metropolisTransport; its paths: {reason}"
 
 
-def integrator(document, dialect, dispersive, types, media, profile):
+def integrator(
+    document: Document,
+    dialect: str,
+    dispersive: bool,
+    types: Collection[str],
+    media: Sequence[HomogeneousMedium],
+    profile: str | None,
+) -> tuple[Entry, str]:
     """The integrator's dictionary and the reason for it.
 
     Args:
@@ -106,7 +128,7 @@ def integrator(document, dialect, dispersive, types, media, profile):
         dialect: `manual` or `prender`.
         dispersive: whether glass with dispersion is rendered by wavelength.
         types: plugin ids of the objects.
-        media: all `media.HomogeneousMedium` that light crosses.
+        media: all media that light crosses.
         profile: profile of the dipole, or None where no object needs it.
     """
     if any(medium.chromatic for medium in media):
@@ -125,7 +147,7 @@ def integrator(document, dialect, dispersive, types, media, profile):
         reason += "; glass with dispersion parts wavelengths with more noise than without a medium"
     if kind == "path" and metropolis(document):
         kind, reason = "dispersivepath", "no medium; quicker than path for unordered rays"
-    result = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
+    result: Entry = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
     if profile:
         result["profile"] = profile
     if "shadowcatcher" in types:
@@ -140,10 +162,18 @@ def integrator(document, dialect, dispersive, types, media, profile):
             "luminance_limit": limit,
             "integrator": result,
         }
-    return around(document, dialect, result, reason) if metropolis(document) else (result, reason)
+    if metropolis(document):
+        return metropolis_integrator(document, dialect, result, reason)
+    return result, reason
 
 
-def plan(document, scene, own_plugins, dispersive, integrator_reason):
+def render_plan(
+    document: Document,
+    scene: Entry,
+    own_plugins: Collection[str],
+    dispersive: bool,
+    integrator_reason: str,
+) -> RenderPlan:
     """The `RenderPlan` of a translated scene.
 
     Args:
@@ -175,7 +205,7 @@ def plan(document, scene, own_plugins, dispersive, integrator_reason):
     )
 
 
-def plugin_types(value):
+def plugin_types(value: Any) -> set[str]:
     """All plugin ids in a dictionary of plain values."""
     if not isinstance(value, dict):
         return set()

@@ -7,6 +7,8 @@ a scene whose numbers are unfortunate is moved to the origin and enlarged: radia
 under a similarity if attenuations by distance, given by length, are changed with it.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import math
 from dataclasses import dataclass
@@ -14,7 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from relume.translator.camera import view
+from relume.translator.document import Document
+from relume.translator.forms.numbers import Triple
 from relume.translator.forms.transforms import Transform
+from relume.translator.objects import SceneObject
+from relume.translator.outcome_rows import Note
+from relume.translator.outcomes import make_note
 from relume.translator.shapes import InfinityLight
 
 WORST = 10.0
@@ -25,41 +32,59 @@ SIZE = 100.0
 """About the size that a scene is enlarged to [scene unit]."""
 
 
-@dataclass(frozen=True)
-class Placement:
+@dataclass(frozen=True, eq=False)
+class Recentering:
     """The similarity x -> scale (x - center); `center` is (3,) in scene units."""
 
     center: np.ndarray
     scale: float
 
-    def note(self):
+    def note(self) -> Note:
         """What is done, for the report."""
-        done = "rendered about ({:g}, {:g}, {:g})".format(*self.center)
-        return done if self.scale == 1 else f"{done}, {self.scale:g} times as large"
+        x, y, z = self.center
+        if self.scale == 1:
+            return make_note("recentred", x=x, y=y, z=z)
+        return make_note("recentred-and-scaled", x=x, y=y, z=z, scale=self.scale)
 
-    def place(self, document, dialect):
-        """Move the objects and the camera of a document, with a note at the first object."""
-        document.objects[0].lines.remark("", f"{self.note()}: there rays keep their digits")
+    def apply(self, document: Document, dialect: str) -> Document:
+        """The document with objects, camera and medium moved; its first object says so.
+
+        Args:
+            document: the document, which shares its line reports with the result.
+            dialect: `manual` or `prender`, for the camera.
+        """
+        document.objects[0].lines.add("", self.note())
         seen = view(document, dialect)
-        document.camera_pos = tuple(self.scale * (seen.origin - self.center))
-        document.camera_dir = tuple(seen.direction)
-        document.target_pos, document.camera_matrix = None, []
-        document.lens = tuple(self.scale * x for x in document.lens)
-        for field in ("scattering", "absorbing"):
-            setattr(document, field, tuple(x / self.scale for x in getattr(document, field)))
-        document.objects = [self.placed(block) for block in document.objects]
+        radius, focus = document.lens
+        return dataclasses.replace(
+            document,
+            camera_pos=tuple(self.scale * (seen.origin - self.center)),
+            camera_dir=tuple(seen.direction),
+            target_pos=None,
+            camera_matrix=[],
+            lens=(self.scale * radius, self.scale * focus),
+            scattering=self.diluted(document.scattering),
+            absorbing=self.diluted(document.absorbing),
+            objects=[self.moved(block) for block in document.objects],
+        )
 
-    def placed(self, block):
+    def diluted(self, coefficients: Triple) -> Triple:
+        """Coefficients of a medium [1/scene unit] that is enlarged as the scene is."""
+        red, green, blue = coefficients
+        return red / self.scale, green / self.scale, blue / self.scale
+
+    def moved(self, block: SceneObject) -> SceneObject:
         """An object, moved."""
         if isinstance(block.shape, InfinityLight):
             return block
+        x, y, z = -self.center
         a, b, c = block.spot_attenuation
         return dataclasses.replace(
             block,
             transforms=[
                 *block.transforms,
-                Transform("translate", tuple(-self.center)),
-                Transform("scale", (self.scale,) * 3),
+                Transform("translate", (x, y, z)),
+                Transform("scale", (self.scale, self.scale, self.scale)),
             ],
             spot_attenuation=(a, b / self.scale, c / self.scale**2),
             # It multiplies all coefficients; the search radius goes with their root (10.2).
@@ -68,11 +93,11 @@ class Placement:
         )
 
 
-def needed(center, size):
-    """The `Placement` for what a scene shows, or None if it is well where it is.
+def recentering(center: np.ndarray, size: float) -> Recentering | None:
+    """How to move a scene, or None if it is well where it is.
 
     Args:
-        center: its middle, (3,).
+        center: middle of what it shows, (3,).
         size: its diameter [scene unit]; 0 where nothing tells it.
     """
     if not size > 0:
@@ -81,4 +106,4 @@ def needed(center, size):
     if reach <= WORST * size:
         return None
     scale = 10.0 ** round(math.log10(SIZE / size)) if size < 1 else 1.0
-    return Placement(np.asarray(center, float), scale)
+    return Recentering(np.asarray(center, float), scale)

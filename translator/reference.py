@@ -21,6 +21,7 @@ from relume.translator.keywords import ENVIRONMENT, Keyword, rows
 from relume.translator.materials_table import MATERIALS
 from relume.translator.object_parser import LOOKALIKES
 from relume.translator.objects import SceneObject
+from relume.translator.outcomes import OUTCOMES
 from relume.translator.shapes import SHAPES
 
 INTRODUCTION = f"""\
@@ -74,7 +75,7 @@ def page() -> str:
         keyword_table(WormHole, ""),
         "## Words that look like keywords\n",
         "Seen in real files, and ignored.\n",
-        word_table("Word", LOOKALIKES),
+        word_table("Word", {word: OUTCOMES[code].note for word, code in LOOKALIKES.items()}),
         "## Manual and program\n\nWhere the manual and the original program differ. "
         "`--dialect prender` follows the program\nin the rows of kind *switch* alone; a defect of "
         "kind *never* is copied by neither dialect, and\n*same* is how both dialects read what the "

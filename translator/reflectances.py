@@ -4,12 +4,20 @@ Three kinds of value serve wherever a surface has a colour: a tuple of three num
 and `VertexColor`.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from relume.translator.images import as_texture, read_image
-from relume.translator.scene_values import Matrix, Picture, reflectance
+from relume.translator.scene_values import Entry, Matrix, Picture
+from relume.translator.scene_values import reflectance as color_entry
+
+Color: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,22 +37,23 @@ class Texture:
     uv_offset: tuple[float, float] = (0.0, 0.0)
     spectral: bool = False
 
-    def times(self, factors):
+    def times(self, factors: Sequence[float]) -> Texture:
         """The texture with every texel multiplied by three factors."""
         return replace(self, rgb=self.rgb * np.asarray(factors, np.float32))
 
-    def entry(self):
+    def entry(self) -> Entry:
         """The dictionary of the texture."""
         # Colours are converted to spectra in spectral variants. Values above 1 have no reflectance
         # spectrum: they are used as they are, unless the scene is rendered by wavelength.
         return self._bitmap(self.rgb, raw=not self.spectral and bool(self.rgb.max() > 1))
 
-    def opacity(self):
+    def opacity(self) -> Entry | None:
         """The dictionary of the opacity, None where everything is opaque."""
         return None if self.alpha is None else self._bitmap(self.alpha[..., None], raw=True)
 
-    def _bitmap(self, pixels, raw):
-        entry = {"type": "bitmap", "picture": Picture(pixels), "raw": raw, "filter_type": "nearest"}
+    def _bitmap(self, pixels: np.ndarray, raw: bool) -> Entry:
+        entry: Entry = {"type": "bitmap", "picture": Picture(pixels), "raw": raw}
+        entry["filter_type"] = "nearest"
         if self.uv_scale != (1.0, 1.0) or self.uv_offset != (0.0, 0.0):
             entry["to_uv"] = uv_matrix(self.uv_scale, self.uv_offset)
         return entry
@@ -56,63 +65,79 @@ class VertexColor:
 
     factor: float = 1.0
 
-    def times(self, factors):
+    def times(self, factors: Sequence[float]) -> VertexColor:
         """The vertex colours multiplied by the mean of three more factors."""
         return VertexColor(self.factor * float(np.mean(factors)))
 
-    def entry(self):
+    def entry(self) -> Entry:
         """The dictionary of the texture."""
         return {"type": "mesh_attribute", "name": "vertex_color", "scale": self.factor}
 
 
-def uv_matrix(scale, offset):
+Reflectance: TypeAlias = Color | Texture | VertexColor
+
+
+def uv_matrix(scale: tuple[float, float], offset: tuple[float, float]) -> Matrix:
     """Mitsuba's `to_uv` for u' = scale u + offset."""
     matrix = np.diag([scale[0], scale[1], 1.0, 1.0])
     matrix[:2, 3] = offset
     return Matrix.of(matrix)
 
 
-def times(tint, factors):
-    """A tint multiplied by three factors or one number."""
-    factors = tuple(factors) if np.ndim(factors) else (factors,) * 3
-    if isinstance(tint, Texture | VertexColor):
-        return tint.times(factors)
-    return tuple(a * b for a, b in zip(tint, factors, strict=True))
+def times(reflectance: Reflectance, factors: float | Iterable[float]) -> Reflectance:
+    """A reflectance multiplied by three factors or one number."""
+    r, g, b = factors if isinstance(factors, Iterable) else (factors,) * 3
+    if isinstance(reflectance, Texture | VertexColor):
+        return reflectance.times((r, g, b))
+    return reflectance[0] * r, reflectance[1] * g, reflectance[2] * b
 
 
-def at_most_one(tint):
-    """A tint whose values are cut off at 1; vertex colours are taken as they are."""
-    if isinstance(tint, Texture):
-        return replace(tint, rgb=np.minimum(tint.rgb, 1))
-    return tint if isinstance(tint, VertexColor) else tuple(min(x, 1.0) for x in tint)
+def at_most_one(reflectance: Reflectance) -> Reflectance:
+    """A reflectance whose values are cut off at 1; vertex colours are taken as they are."""
+    if isinstance(reflectance, Texture):
+        return replace(reflectance, rgb=np.minimum(reflectance.rgb, 1))
+    if isinstance(reflectance, VertexColor):
+        return reflectance
+    r, g, b = reflectance
+    return min(r, 1.0), min(g, 1.0), min(b, 1.0)
 
 
-def entry(tint):
+def entry(reflectance: Reflectance) -> Entry:
     """What a BSDF takes as a reflectance."""
-    return tint.entry() if isinstance(tint, Texture | VertexColor) else reflectance(tint)
+    if isinstance(reflectance, Texture | VertexColor):
+        return reflectance.entry()
+    return color_entry(reflectance)
 
 
-def mean(tint):
+def mean(reflectance: Reflectance) -> float:
     """Mean over channels and texels; vertex colours count as 1."""
-    if isinstance(tint, Texture):
-        return float(tint.rgb.mean())
-    return float(np.mean(tint.factor if isinstance(tint, VertexColor) else tint))
+    if isinstance(reflectance, Texture):
+        return float(reflectance.rgb.mean())
+    if isinstance(reflectance, VertexColor):
+        return reflectance.factor
+    return float(np.mean(reflectance))
 
 
-def met(pixels):
-    """The texels of a picture that are ever met, top row first.
+def used_texels(pixels: np.ndarray) -> np.ndarray:
+    """The texels of a picture that any u and v below 1 look up, top row first.
 
     The original program takes the texel in column floor((w - 1) u) and, from the bottom, row
-    floor((h - 1) v): for u and v below 1 the last column and the top row are never met (section
-    11.1). Without them the nearest texel is the same one.
+    floor((h - 1) v): the last column and the top row are never used (section 11.1). Without them
+    the nearest texel is the same one.
     """
     height, width = pixels.shape[:2]
     return pixels[min(1, height - 1) :, : max(1, width - 1)]
 
 
 def load_texture(
-    path, *, flip=True, repeat=1, uv_scale=(1.0, 1.0), uv_offset=(0.0, 0.0), spectral=False
-):
+    path: str | Path | None,
+    *,
+    flip: bool = True,
+    repeat: int = 1,
+    uv_scale: tuple[float, float] = (1.0, 1.0),
+    uv_offset: tuple[float, float] = (0.0, 0.0),
+    spectral: bool = False,
+) -> Texture:
     """The `Texture` of a picture file.
 
     Args:
@@ -128,7 +153,7 @@ def load_texture(
         ImageError: the file is no picture.
     """
     image = as_texture(read_image(path))
-    rgb, alpha = met(image.rgb), None if image.alpha is None else met(image.alpha)
+    rgb, alpha = used_texels(image.rgb), None if image.alpha is None else used_texels(image.alpha)
     if flip:
         rgb, alpha = rgb[::-1], None if alpha is None else alpha[::-1]
     scale = (uv_scale[0] * repeat, uv_scale[1] * repeat)

@@ -1,7 +1,22 @@
-"""Document to scene: a dictionary of plain values, the plan, and the account of every line."""
+"""Document to scene: the passes of a translation, each a function of the results before it.
+
+::
+
+    document   a copy, in which all notes are made; its files found, its keywords reported
+      -> placed(document)              where the objects are, moved if single precision asks for it
+      -> translate_objects(scene)      shapes and emitters, with the media and profiles they need
+      -> surroundings(scene, objects)  background, and the medium around all objects
+      -> plan                          integrator, variant and plugins, with reasons
+
+docs/dev/translation.md tells more.
+"""
+
+from __future__ import annotations
 
 import copy
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from relume.translator import (
     camera,
@@ -13,20 +28,18 @@ from relume.translator import (
     media,
     plan,
     precision,
-    recentering,
-    surfaces,
 )
-from relume.translator.assets import Assets
-from relume.translator.bumps import bumped
+from relume.translator.assets import Assets, Find
 from relume.translator.diagnostics import Problem, SceneError
-from relume.translator.dialects import DIALECTS, note
+from relume.translator.dialects import DIALECTS
 from relume.translator.document import Document
 from relume.translator.images import ImageError
-from relume.translator.materials import Reflectances, plain_reflectances
 from relume.translator.meshes import Meshes
-from relume.translator.reflectances import Texture, at_most_one, load_texture
-from relume.translator.scene_values import resolved, rgb, to_mitsuba
-from relume.translator.shapes import InfinityLight, MeshFile, Plane, UVPlane
+from relume.translator.object_entries import Contents, PlacedScene, translate_objects
+from relume.translator.recentering import recentering
+from relume.translator.scene_geometry import measure
+from relume.translator.scene_values import Entry, resolved, rgb, to_mitsuba
+from relume.translator.source_text import FileName
 
 OWN_PLUGINS = {
     "ward": "bsdf",
@@ -59,29 +72,31 @@ class Translation:
     """A translated document.
 
     Attributes:
-        document: copy of the document; its `source.all` tells what each line became.
+        document: copy of the document; its `lines.all` tells what each line became.
         scene: the scene as plain values; `dictionary()` is what Mitsuba takes.
         plan: how it is rendered.
     """
 
     document: Document
-    scene: dict
+    scene: Entry
     plan: plan.RenderPlan
 
-    def dictionary(self):
+    def dictionary(self) -> dict[str, Any]:
         """The dictionary for `mi.load_dict`; a variant must be set.
 
         Its `sensor` holds the medium around all objects, if there is one, as a Mitsuba object.
         """
         return to_mitsuba(resolved(self.scene, media.AROUND))
 
-    def status(self):
+    def status(self) -> str:
         """`ok`, or `unsupported` if any line is."""
         outcomes = {report.outcome for report in self.document.lines.all}
         return "unsupported" if "unsupported" in outcomes else "ok"
 
 
-def translate(document, dialect="manual", asset_path=()):
+def translate(
+    document: Document, dialect: str = "manual", asset_path: Iterable[FileName] = ()
+) -> Translation:
     """Translate a document.
 
     Args:
@@ -99,216 +114,118 @@ def translate(document, dialect="manual", asset_path=()):
     """
     if dialect not in DIALECTS:
         raise ValueError(f"unknown dialect {dialect!r}, expected one of {', '.join(DIALECTS)}")
-    # Notes on lines are made in the copy.
-    document = copy.deepcopy(document)
-    if dialect == "prender" and "luminance_cutoff" not in document.lines.reports:
-        document.luminance_cutoff = document.luminance_cutoff or PROGRAM_CUTOFF
+    document = working_copy(document, dialect)
     assets = Assets(document, asset_path)
-    problems = assets.problems() + materials.check(document)
+    if problems := assets.problems() + materials.missing_parameters(document):
+        raise SceneError(document.path, problems)
+    line_outcomes.report_keywords(document, dialect)
+    camera.report_camera(document, dialect)
+    scene = placed(document, dialect, assets.find)
+    objects, problems = translate_objects(scene)
+    surroundings = translate_surroundings(scene, objects, problems)
+    return assembled(scene, objects, surroundings)
+
+
+def working_copy(document: Document, dialect: str) -> Document:
+    """A copy of a document for notes on its lines, with the defaults of the dialect."""
+    document = copy.deepcopy(document)
+    if dialect == "prender" and not document.lines.is_set("luminance_cutoff"):
+        document.luminance_cutoff = document.luminance_cutoff or PROGRAM_CUTOFF
+    return document
+
+
+def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
+    """A document where single precision serves it, with all that its objects are made from.
+
+    Args:
+        document: the document.
+        dialect: `manual` or `prender`.
+        find: function from the name of a file to its path.
+    """
+    spectral = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
+    meshes = Meshes(find, spectral)
+    geometry = measure(document, dialect, meshes, find)
+    if move := recentering(geometry.inner.center, geometry.shown):
+        document = move.apply(document, dialect)
+        geometry = measure(document, dialect, meshes, find)
+    precision.report_thin_glass(document, geometry.matrices)
+    return PlacedScene(
+        document=document,
+        dialect=dialect,
+        spectral=spectral,
+        find=find,
+        meshes=meshes,
+        geometry=geometry,
+        medium=media.surrounding_medium(document),
+        domes_by_direction=environment_maps.domes_by_direction(document, geometry),
+        obstacle_to_dipole=media.obstacle_to_dipole(document, spectral),
+    )
+
+
+def translate_surroundings(
+    scene: PlacedScene, objects: Contents, problems: Sequence[Problem]
+) -> Contents:
+    """The background and the shape that ends the medium around all objects.
+
+    Args:
+        scene: the scene.
+        objects: what its objects became.
+        problems: what is wrong with their files.
+
+    Raises:
+        SceneError: with these problems, and that of the picture of the background.
+    """
+    document = scene.document
+    try:
+        background = environment_maps.background(document, scene.find)
+    except ImageError as error:
+        line = document.lines.line("background_texture")
+        problems = [*problems, Problem(line, 1, str(error), "asset")]
     if problems:
         raise SceneError(document.path, problems)
-    line_outcomes.account(document, dialect)
-    camera.account(document, dialect)
-    dispersive = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
-    objects = _Objects(document, dialect, assets, dispersive)
-    entries = objects.entries()
-    profile = media.PROFILES[dialect] if objects.diffuses else None
-    integrator, reason = plan.integrator(
-        document, dialect, dispersive, plan.plugin_types(entries), objects.media, profile
+    background = background or lights.background(document)
+    entries: dict[str, Entry] = {}
+    if background is not None and scene.domes_by_direction:
+        document.lines.becomes("background", "background-hidden")
+        document.lines.becomes("background_texture", "background-texture-hidden")
+    elif background is not None:
+        entries["background"] = background
+    elif objects.entries and not has_lights_to_sample(objects.entries.values()):
+        # Mitsuba refuses scenes whose lights all have the weight 0, as ambient light has.
+        entries["background"] = {"type": "constant", "radiance": rgb((0, 0, 0))}
+    if scene.medium is None:
+        return Contents(entries)
+    ball = scene.geometry.medium_ball()
+    entries[media.BOUNDARY] = media.boundary(ball, document)
+    dense_media.report_long_walks(
+        document.lines, "participating_media", scene.medium, ball.radius, document.depth
     )
-    scene = {"type": "scene", "integrator": integrator, "sensor": camera.sensor(document, dialect)}
-    if objects.around is not None:
-        scene = {"type": "scene", media.AROUND: objects.around.entry()} | scene
-        scene["sensor"]["medium"] = media.REFERENCE
-        ball = objects.shapes.fog_ball()
-        entries[media.BOUNDARY] = media.boundary(ball, document)
-        dense_media.walks(
-            document, document.lines, "participating_media", objects.around, ball.radius
-        )
-    scene |= entries
-    made = plan.plan(document, scene, OWN_PLUGINS, dispersive, reason)
-    return Translation(document, scene, made)
+    return Contents(entries, (scene.medium,))
 
 
-class _Objects:
-    """Makes the shapes and emitters of a document, named by the line of their block."""
+def has_lights_to_sample(entries: Iterable[Entry]) -> bool:
+    """Whether there is a light besides the ambient one, or no ambient one either."""
+    # Entries without a BSDF are lights themselves.
+    shown = [entry for entry in entries if "emitter" in entry or "bsdf" not in entry]
+    emitters = [entry.get("emitter", entry) for entry in shown]
+    return not emitters or any(emitter.get("sampling_weight") != 0 for emitter in emitters)
 
-    def __init__(self, document, dialect, assets, spectral):
-        self.document = document
-        self.dialect = dialect
-        self.find = assets.find
-        self.spectral = spectral
-        self.meshes = Meshes(assets.find, spectral)
-        self.shapes = self.measured()
-        if move := recentering.needed(self.shapes.focus, self.shapes.shown):
-            move.place(document, dialect)
-            self.shapes = self.measured()
-        precision.account(document, self.shapes.matrices)
-        self.domes = environment_maps.Domes(document, self.shapes, assets.find, dialect, spectral)
-        self.around = media.around(document)
-        self.why_simulated = media.why_simulated(document, spectral)
-        self.diffuses = False
-        self.media = [] if self.around is None else [self.around]
 
-    def measured(self):
-        """The `ShapeBuilder` of the document as it stands."""
-        origin = camera.view(self.document, self.dialect).origin
-        return surfaces.ShapeBuilder(self.document, origin, self.dialect, self.mesh_box)
-
-    def mesh_box(self, block, matrix):
-        """Corners of a box around a mesh object, or None."""
-        return self.meshes.bounds(self.find(block.shape.file), matrix)
-
-    def entries(self):
-        """The dictionary of all objects and the background.
-
-        Raises:
-            SceneError: with every file that cannot be read.
-        """
-        entries, problems = {}, []
-        for index, block in enumerate(self.document.objects):
-            try:
-                entries |= self.object(index, block)
-            except SceneError as error:
-                line = block.lines.line() + 1
-                problems += [Problem(line, 1, text, "asset") for text in error.described()]
-            except ImageError as error:
-                problems.append(Problem(block.lines.line("texture"), 1, str(error), "asset"))
-        try:
-            background = environment_maps.background(self.document, self.find)
-        except ImageError as error:
-            line = self.document.lines.line("background_texture")
-            problems.append(Problem(line, 1, str(error), "asset"))
-        if problems:
-            raise SceneError(self.document.path, problems)
-        for name, entry in entries.items():
-            if entry.get("emitter", {}).get("type") == "twosidedarea":
-                entry["emitter"]["name"] = name  # equal lights would be merged into one
-        if background is None:
-            background = lights.background(self.document)
-        if background is not None and self.domes.environments:
-            self.document.lines.becomes("background", "ignored", "an image-based light hides it")
-            self.document.lines.becomes("background_texture", "ignored", "a dome hides it")
-        elif background is not None:
-            entries["background"] = background
-        elif entries and not self.lights_to_look_for(entries):
-            # Mitsuba refuses scenes whose lights all have the weight 0, as ambient light has.
-            entries["background"] = {"type": "constant", "radiance": rgb((0, 0, 0))}
-        return entries
-
-    def lights_to_look_for(self, entries):
-        """Whether there is a light besides the ambient one, or no ambient one either."""
-        # Entries without a BSDF are lights themselves.
-        shown = [e for e in entries.values() if "emitter" in e or "bsdf" not in e]
-        lights = [entry.get("emitter", entry) for entry in shown]
-        return not lights or any(light.get("sampling_weight") != 0 for light in lights)
-
-    def object(self, index, block):
-        """The entries of one object."""
-        name = f"object_{block.lines.line()}"
-        matrix = self.shapes.matrices[index]
-        emitters = lights.standalone(block, matrix, self.dialect)
-        if emitters:
-            if not isinstance(block.shape, InfinityLight):
-                block.lines.becomes("", "approximated", "the lamp itself is not shown")
-            return {f"{name}_light": emitter for emitter in emitters}
-        if block.ibl_texture is not None and not isinstance(block.shape, MeshFile):
-            return {name: self.domes.light(index, block)}
-        if isinstance(block.shape, MeshFile):
-            parts = self.meshes.parts(block, self.find(block.shape.file), matrix)
-            media.check_closed(block, [part for part in parts if part.block.reflection.subsurface])
-            return {name + part.name: self.part(part, matrix) for part in parts}
-        entry = self.shapes.shape(index, block)
-        if self.catches_shadows(block):
-            color = materials.entry(block.color)
-            block.lines.remark("shadow", note("shadow", self.dialect))
-            return {name: entry | {"bsdf": {"type": "shadowcatcher", "reflectance": color}}}
-        return {name: self.surface(entry, block, self.reflectances(block), matrix)}
-
-    def catches_shadows(self, block):
-        """Whether an object is a plane that shows shadows alone: under image-based light (11.7)."""
-        if not (block.shadow and isinstance(block.shape, Plane | UVPlane)):
-            return False
-        if all(other.ibl_texture is None for other in self.document.objects):
-            block.lines.becomes("shadow", "ignored", "there is no image-based light")
-            return False
-        return True
-
-    def fill(self, entry, block, reflectances, matrix):
-        """The BSDF of an object with subsurface scattering; a simulated one is filled (10.2)."""
-        medium, index = media.inside(block)
-        color, specular = at_most_one(reflectances.color), at_most_one(reflectances.specular)
-        reflectances = Reflectances(color, specular)
-        if media.uses_dipole(block):
-            block.lines.remark("subsurface", note("sss-dipole", self.dialect))
-            if not self.why_simulated:
-                self.diffuses = True
-                return media.subsurface(block, reflectances, medium, index, self.dialect)
-            why = f"simulated instead: {self.why_simulated}"
-            block.lines.becomes("subsurface", "approximated", why)
-        block.lines.remark("subsurface", note("sss-simulation", self.dialect))
-        block.lines.becomes("material_r_max", "ignored", "of use to the dipole alone")
-        if medium.exists:
-            entry["interior"] = medium.entry()
-            self.media.append(medium)
-            if (points := self.points(entry, block, matrix)) is not None:
-                dense_media.entered(block, medium, points)
-                radius = dense_media.least_half(points)
-                dense_media.walks(self.document, block.lines, "", medium, radius)
-        return materials.boundary(block, reflectances, index)
-
-    def points(self, entry, block, matrix):
-        """Points that tell where a finite shape is, (N, 3), or None."""
-        mesh = entry.get("mesh")
-        return surfaces.bounds(block.shape, matrix, self.dialect) if mesh is None else mesh.vertices
-
-    def part(self, part, matrix):
-        """The dictionary of a part of a mesh object."""
-        if part.block.ibl_texture is not None:
-            pixels = environment_maps.picture(self.find(part.block.ibl_texture), part.block)
-            return part.entry | self.domes.shining(pixels, part.block.ibl_texture_coef, flip=False)
-        return self.surface(
-            part.entry, part.block, part.reflectances, matrix, part.opacity, part.bump
-        )
-
-    def reflectances(self, block):
-        """The reflectances of a shape: `texture` replaces both colours (section 11.2)."""
-        if block.texture is None or isinstance(block.shape, Plane):
-            return plain_reflectances(block)
-        picture = load_texture(
-            self.find(block.texture), repeat=block.repeat, spectral=self.spectral
-        )
-        block.lines.becomes("color", "ignored", "texture takes its place")
-        return Reflectances(picture, picture)
-
-    def surface(self, entry, block, reflectances, matrix, opacity=None, bump=None):
-        """A shape's dictionary with its BSDF and emitter."""
-        if block.reflection.subsurface:
-            bsdf = self.fill(entry, block, reflectances, matrix)
-        else:
-            bsdf = materials.bsdf(block, reflectances, self.dialect)
-        if self.around is not None and block.reflection.lets_pass:
-            # Light crosses these surfaces; at all others it stays in the medium that it is in.
-            entry["exterior"] = media.REFERENCE
-        materials.account(block)
-        if bump is None and block.bump_texture is not None:
-            bump = self.find(block.bump_texture)
-        if bump is not None:
-            flip = not isinstance(block.shape, MeshFile)
-            bsdf = bumped(bsdf, bump, entry, block.shape, flip=flip)
-            block.lines.becomes("bump_texture", "approximated", note("bump", self.dialect))
-        if isinstance(reflectances.color, Texture) and reflectances.color.alpha is not None:
-            opacity = reflectances.color.opacity()
-        if opacity is not None and opacity != 1:
-            bsdf = {"type": "mask", "opacity": opacity, "bsdf": bsdf}
-        entry["bsdf"] = bsdf
-        if any(block.emission):
-            shapes = self.shapes
-            return lights.area(
-                block, entry, matrix, shapes.camera, shapes.size, self.document.ambient
-            )
-        if any(self.document.ambient):
-            # Too many and too dim to be looked for: they are found by chance alone.
-            ambient = {"type": "twosidedarea", "radiance": rgb(self.document.ambient)}
-            entry["emitter"] = ambient | {"sampling_weight": 0.0}
-        return entry
+def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> Translation:
+    """The translation: sensor, integrator, objects and surroundings, and the plan to render it."""
+    document, dialect = scene.document, scene.dialect
+    contents = Contents.of_all([objects, surroundings])
+    profile = media.PROFILES[dialect] if contents.dipole else None
+    types = plan.plugin_types(contents.entries)
+    integrator, reason = plan.integrator(
+        document, dialect, scene.spectral, types, contents.media, profile
+    )
+    sensor = camera.sensor(document, dialect)
+    around: Entry = {}
+    if scene.medium is not None:
+        around = {media.AROUND: scene.medium.entry()}
+        sensor["medium"] = media.REFERENCE
+    entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
+    entries |= contents.entries
+    render_plan = plan.render_plan(document, entries, OWN_PLUGINS, scene.spectral, reason)
+    return Translation(document, entries, render_plan)

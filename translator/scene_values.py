@@ -4,19 +4,26 @@ The translator builds a dictionary of plain values; only `to_mitsuba` touches Mi
 can be planned, checked, compared and printed without any variant.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+
+Entry = dict[str, Any]
+"""A plugin with its parameters: what `mi.load_dict` takes, with the values below in places."""
 
 
 @dataclass(frozen=True)
 class Matrix:
     """A 4x4 transformation in double precision: `rows`, a tuple of four tuples."""
 
-    rows: tuple
+    rows: tuple[tuple[float, ...], ...]
 
     @staticmethod
-    def of(array):
+    def of(array: np.ndarray) -> Matrix:
         """From a numpy array of shape (4, 4)."""
         return Matrix(tuple(tuple(float(x) for x in row) for row in np.asarray(array)))
 
@@ -54,19 +61,20 @@ class Picture:
     pixels: np.ndarray
 
 
-def rgb(values):
+def rgb(values: Iterable[float]) -> Entry:
     """A radiance or another quantity without an upper end."""
     return {"type": "rgb", "value": [float(x) for x in values]}
 
 
-def reflectance(values):
+def reflectance(values: tuple[float, float, float]) -> Entry:
     """A reflectance; outside 0 to 1 it is kept as written."""
     if all(0 <= x <= 1 for x in values):
         return rgb(values)
-    return {"type": "srgb", "color": Color(tuple(float(x) for x in values)), "unbounded": True}
+    r, g, b = (float(x) for x in values)
+    return {"type": "srgb", "color": Color((r, g, b)), "unbounded": True}
 
 
-def resolved(scene, name):
+def resolved(scene: Entry, name: str) -> Entry:
     """A scene's dictionary with the entry `name`, if any, as a Mitsuba object wherever it is used.
 
     Meshes take no references, and the objects of a sensor are not told by it. A variant must be
@@ -78,7 +86,7 @@ def resolved(scene, name):
         return scene
     made = mi.load_dict(to_mitsuba(scene[name]))
 
-    def replaced(value):
+    def replaced(value: Any) -> Any:
         if value == {"type": "ref", "id": name}:
             return made
         if isinstance(value, dict):
@@ -88,7 +96,7 @@ def resolved(scene, name):
     return replaced({key: item for key, item in scene.items() if key != name})
 
 
-def to_mitsuba(value):
+def to_mitsuba(value: Any) -> Any:
     """The dictionary that `mi.load_dict` takes; a variant must be set.
 
     Args:
@@ -112,7 +120,7 @@ def to_mitsuba(value):
     return value
 
 
-def mitsuba_mesh(entry):
+def mitsuba_mesh(entry: Entry) -> Any:
     """The Mitsuba shape of a `{"type": "mesh", "mesh": Mesh, ...}` entry.
 
     The names of mesh parameters change with Mitsuba 3.10; only this function knows them.

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from relume.translator.diagnostics import Problem
 from relume.translator.expressions import ExpressionError, clip, evaluate
+from relume.translator.outcome_rows import Note
+from relume.translator.outcomes import make_note
 
 if TYPE_CHECKING:
     from relume.translator.keywords import Keyword
@@ -98,7 +100,7 @@ class ValueReader:
         self.line = line
         self.offset = offset
         self.below = below
-        self.notes: list[str] = []
+        self.notes: list[Note] = []
         self.columns: list[int] = []
 
     def error(self, message: str, kind: str = "value", column: int | None = None) -> ValueProblem:
@@ -167,7 +169,7 @@ class ValueReader:
             values = [value for value, _ in found]
             columns = [self.offset + column + 1 for _, column in found]
         elif len(values) == count and (end == len(self.text) or self.text[end] in " \t"):
-            notes = [f"'{clip(self.text[end:].strip())}' after the value ignored"]
+            notes = [make_note("text-after-value", text=clip(self.text[end:].strip()))]
         else:
             return self.numbers(count)
         self.notes += notes
@@ -211,14 +213,14 @@ class ValueReader:
             raise self.error(f"expected '%NAME%', found '{clip(self.text)}'", "syntax")
         given = self.context.environ.get(name)
         if given is None:
-            self.notes.append(f"environment variable {clip(name)} is not set: 0")
+            self.notes.append(make_note("variable-not-set", name=clip(name)))
             return 0.0
         try:
             ((value, _),) = evaluate(given)[0]
         except ValueError:  # no expression, or not exactly one
             wanted = f"environment variable {clip(name)} expects one number"
             raise self.error(f"{wanted}, found '{clip(given)}'") from None
-        self.notes.append(f"from environment variable {clip(name)}")
+        self.notes.append(make_note("value-from-variable", name=clip(name)))
         return value
 
     def check_range(self, row: Keyword, numbers: Iterable[float]) -> None:

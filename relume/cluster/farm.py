@@ -11,7 +11,7 @@ from __future__ import annotations
 import queue
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import count
@@ -110,7 +110,7 @@ class Farm:
         self._arrived = queue.SimpleQueue()
         self._numbers = count()
 
-    def render(self, to_do: PassSet) -> Iterator[Pass | None]:
+    def render(self, to_do: PassSet) -> Generator[Pass | None, None, None]:
         """Render passes.
 
         Yields:

@@ -21,6 +21,7 @@ from relume.loading import integrator_entry, load_scene
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
+from relume.translator.outcomes import OUTCOMES
 from relume.translator.plan import plugin_types
 from relume.translator.scene_values import to_mitsuba
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
@@ -125,7 +126,8 @@ def with_subsurface(translation: Translation) -> str:
     if not any(block.reflection.subsurface for block in translation.document.objects):
         return "no object has subsurface scattering"
     dispersive = not with_dispersion(translation)
-    return media.why_simulated(diffused(translation.document), dispersive)
+    code = media.obstacle_to_dipole(diffused(translation.document), dispersive)
+    return OUTCOMES[code].note if code else ""
 
 
 def with_ward(translation: Translation) -> str:

@@ -90,6 +90,7 @@ def _rendered_document(
 def _document(case: Case, cell: Cell) -> Document:
     if isinstance(case.scene, Document):
         return case.scene
+    assert isinstance(case.scene, str), "a dictionary has no document"
     return translator.read_text(case.scene, cell.name, {})
 
 

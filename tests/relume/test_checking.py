@@ -3,8 +3,10 @@
 import warnings
 
 import pytest
+from rich.console import Console
 
 from relume import checking
+from relume.translator.outcomes import OUTCOMES, explanation
 
 
 def result(status):
@@ -76,3 +78,33 @@ def test_unsupported_lines_make_the_file_unsupported(room):
     assert report["status"] == "unsupported"
     (line,) = (l for l in report["lines"] if l["outcome"] == "unsupported")
     assert line["keyword"] == "background" and line["note"]
+
+
+def test_lines_have_the_codes_of_their_notes(room):
+    """All that explains a line is found by its code, remarks and lowered lines alike."""
+    lines = checking.check_file(room("DEPTH\n3\nLENS\n0 5"))["lines"]
+    codes = {line["keyword"]: line["codes"] for line in lines if line["codes"]}
+    assert codes["LENS"] == ["pinhole"] and codes["DEPTH"] == ["roulette", "roulette-depth"]
+    assert all(bool(line["note"]) == bool(line["codes"]) for line in lines)
+
+
+def test_the_table_shows_codes_beside_notes(room):
+    """A code that its note begins with, as those of the dialects, is not told twice."""
+    console = Console(record=True, width=200)
+    checking.print_results([checking.check_file(room("TIMELIMIT\n1\nLENS\n0 5"))], console)
+    text = console.export_text()
+    assert "radius 0 or less: a pinhole [pinhole]" in text
+    assert "timelimit: hours" in text and "[timelimit]" not in text
+    assert "relume check --explain CODE" in text
+
+
+def test_codes_are_explained():
+    """The text of docs/outcomes.md below the code."""
+    assert checking.explained("pinhole") == f"pinhole\n\n{explanation('pinhole')}"
+
+
+def test_unknown_codes_suggest_others_and_list_all():
+    with pytest.raises(KeyError) as caught:
+        checking.explained("pin-hole")
+    said = str(caught.value)
+    assert "did you mean 'pinhole'" in said and all(code in said for code in OUTCOMES)

@@ -75,7 +75,7 @@ def test_shape_of_the_json(run, room, broken):
         for error in result["errors"]:
             assert list(error) == ["line", "column", "message", "kind"]
         for line in result["lines"]:
-            assert list(line) == ["line", "keyword", "outcome", "note"]
+            assert list(line) == ["line", "keyword", "outcome", "note", "codes"]
             assert line["outcome"] in ("translated", "approximated", "ignored", "unsupported")
     good, wrong, missing = results
     assert good["errors"] == [] and wrong["plan"] is None and missing["lines"] == []
@@ -119,6 +119,14 @@ def test_a_missing_file_of_a_scene_is_an_error_of_kind_asset(run, room, tmp_path
     (folder / "bunny.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (result,) = json.loads(run("check", path, "--json", "--asset-path", folder.parent).stdout)
     assert result["errors"] == []
+
+
+def test_a_code_is_explained_without_a_scene(run):
+    result = run("check", "--explain", "lamp-not-shown")
+    assert result.exit_code == 0 and "> the lamp itself is not shown" in result.stdout
+    result = run("check", "--explain", "lamp-not-show")
+    assert result.exit_code == 2 and "did you mean 'lamp-not-shown'" in result.stderr
+    assert run("check").exit_code == 2
 
 
 # ---- errors of users

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from relume.translator import read_text, translate
-from relume.translator.dialects import DIALECTS, DIFFERENCES, note
+from relume.translator.dialects import DIALECTS, DIFFERENCES
+from relume.translator.outcomes import make_note
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 GREY = "color 0.4 0.4 0.4\nspecular 0.4 0.4 0.4\n"
@@ -191,6 +192,8 @@ def test_notes_say_who_is_followed():
     """A note names its row, what is done, and what is not."""
     row = DIFFERENCES["infinity-length"]
     id, manual, program = row.id, row.manual, row.program
-    assert note(id, "manual") == f"{id}: {manual}, as the manual; the program: {program}"
-    assert note(id, "prender") == f"{id}: {program}, as the program; the manual says {manual}"
-    assert note("no-reflection-line", "prender") == note("no-reflection-line", "manual")
+    found = [make_note(id, dialect=dialect).text for dialect in DIALECTS]
+    assert found[0] == f"{id}: {manual}, as the manual; the program: {program}"
+    assert found[1] == f"{id}: {program}, as the program; the manual says {manual}"
+    id = "no-reflection-line"
+    assert make_note(id, dialect="prender") == make_note(id)

@@ -149,7 +149,7 @@ def test_leading_zero_is_decimal_with_a_note():
     """The program read `010` as octal 8; here it is ten, and the reader is told."""
     found, notes = evaluate("010 08")
     assert [value for value, _ in found] == [10, 8]
-    assert len(notes) == 2 and "octal" in notes[0]
+    assert len(notes) == 2 and "octal" in notes[0].text
     assert evaluate("0 0.5 00.5")[1] == []
 
 

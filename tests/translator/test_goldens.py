@@ -301,12 +301,13 @@ def summary(value):
 def translated(text, plain):
     """What a golden holds for a scene."""
     translation = translate(read_text(text, environ={}))
-    lines = [[r.line, r.keyword, r.outcome, r.note] for r in translation.document.lines.all]
+    reports = translation.document.lines.all
+    lines = [[r.line, r.keyword, r.outcome, r.note, list(r.codes)] for r in reports]
     return {
         "text": text.split("\n"),
         "scene": summary(plain(translation.scene)),
         "plan": translation.plan.as_dict(),
-        "lines": [line for line in lines if line[2:] != ["translated", ""]],
+        "lines": [line for line in lines if line[2:4] != ["translated", ""]],
     }
 
 

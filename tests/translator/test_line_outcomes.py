@@ -3,8 +3,9 @@
 import pytest
 
 from relume.translator import read, read_text, translate
-from relume.translator.diagnostics import OUTCOMES, SceneError
+from relume.translator.diagnostics import SceneError
 from relume.translator.line_outcomes import DOCUMENT_ROWS, OBJECT_ROWS
+from relume.translator.outcome_rows import KINDS
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 SSS = BALL + "reflection Subsurface_Scattering\n"
@@ -40,7 +41,7 @@ def test_every_line_has_one_report(scene_file):
     lines = scene_file.read_bytes().replace(b"\r\n", b"\n").split(b"\n")
     wanted = [k + 1 for k, line in enumerate(lines) if line.strip() and not line.startswith(b"#")]
     assert [report.line for report in document.lines.all] == wanted
-    assert all(r.outcome in OUTCOMES and r.keyword for r in document.lines.all)
+    assert all(r.outcome in KINDS and r.keyword for r in document.lines.all)
     assert explained(document.lines.all)
 
 
@@ -53,7 +54,7 @@ def test_translation_keeps_the_account(scene_file):
         pytest.skip("the file has errors, or names files that are not here")
     assert [r.line for r in translated.lines.all] == [r.line for r in document.lines.all]
     for before, after in zip(document.lines.all, translated.lines.all, strict=True):
-        assert OUTCOMES.index(after.outcome) >= OUTCOMES.index(before.outcome)
+        assert KINDS.index(after.outcome) >= KINDS.index(before.outcome)
     assert explained(translated.lines.all)
 
 
@@ -171,6 +172,15 @@ CASES = [
     ("OBJECT\ndisk2 0 0 0 2 1\nnormal 0 1 0\n", 1, "approximated", "ring"),
     (BALL + "emission 1 1 1\nspot_light 1\n", 1, "approximated", "not shown"),
     ("frobnicate 3\n", 1, "ignored", "no keyword"),
+    ("ENV_LIGHT 1 1 1\n", 1, "translated", "ambient"),
+    ("nextEventEstimation\n1\n\n" + 2 * (BALL + "emission 1 1 1\n\n"), 1, "translated",
+     "several-lights"),
+    (BALL + "reflection reflection\n", 3, "translated", "glass-fresnel"),
+    (BALL + "reflection reflection99\n", 3, "translated", "dispersion-rgb"),
+    (BALL + "reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n", 4, "translated", "ward-exponent"),
+    (BALL + "reflection phong_brdf\nphong_brdf 1 1 9\n", 4, "translated", "phong-cosine"),
+    ("OBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 1 1 1\nemission 1 1 1\n", 5, "translated",
+     "emits and reflects"),
 ]
 
 
@@ -183,17 +193,17 @@ def test_outcomes(text, line, outcome, words):
 
 
 def test_every_row_applies_in_a_case():
-    """Each row of the tables of `account` is met by at least one of the cases, but for textures,
-    which need picture files and are tested with them."""
+    """Each row of the tables is met by at least one of the cases, but for textures, which need
+    picture files and are tested with them."""
     documents = [read_text(text, environ={}) for text, *_ in CASES]
     needs_pictures = {"texture", "disk_map"}
-    for field, applies, outcome, text in DOCUMENT_ROWS:
-        met = any(field in d.lines.reports and applies(d) for d in documents)
-        assert met, (field, outcome, text)
-    for field, applies, outcome, text in OBJECT_ROWS:
+    for field, applies, code in DOCUMENT_ROWS:
+        met = any(d.lines.is_set(field) and applies(d) for d in documents)
+        assert met, (field, code)
+    for field, applies, code in OBJECT_ROWS:
         blocks = [block for d in documents for block in d.objects]
-        met = any(field in b.lines.reports and applies(b) for b in blocks)
-        assert met or field in needs_pictures, (field, outcome, text)
+        met = any(b.lines.is_set(field) and applies(b) for b in blocks)
+        assert met or field in needs_pictures, (field, code)
 
 
 def test_a_value_line_shares_the_outcome_of_its_keyword():

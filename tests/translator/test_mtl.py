@@ -3,6 +3,7 @@
 import pytest
 
 from relume.translator.mtl import MtlError, TextureMap, read_mtl
+from relume.translator.outcomes import make_note
 
 
 def _read(tmp_path, text, encoding="utf-8"):
@@ -95,7 +96,7 @@ def test_last_duplicate_wins_and_names_ignore_case(tmp_path):
     found = _read(tmp_path, "newmtl A\nKd 1 1 1\nNs 3\nnewmtl a\nKd 0 0 0\n")
     assert list(found) == ["a"]
     assert (found["a"].name, found["a"].kd, found["a"].ns) == ("a", (0, 0, 0), None)
-    assert found.notes == [(4, "material 'a' is defined again: the last definition counts")]
+    assert found.notes == [(4, make_note("mtl-defined-again", name="'a'"))]
 
 
 def test_comments_are_comments(tmp_path):
@@ -103,7 +104,7 @@ def test_comments_are_comments(tmp_path):
     text = "# by hand\nnewmtl a\n# REFLECTION 3\n#reflection 3\n#REFLECTIONS 3\n#COLOR of oak\n"
     found = _read(tmp_path, text)
     assert found["a"].lines == {}
-    assert found.notes == [(6, "'#COLOR' without a number is taken as a comment")]
+    assert found.notes == [(6, make_note("mtl-comment", key="'#COLOR'"))]
 
 
 def test_map_options(tmp_path):
@@ -113,7 +114,7 @@ def test_map_options(tmp_path):
     wood = TextureMap("my wood 2.bmp", (2, 3, 1), (0.5, 0, 0), clamp=True)
     assert found["a"].map_kd == wood
     assert found["a"].map_bump == TextureMap("b.bmp", bump_multiplier=0.25)
-    assert found.notes == [(2, "option '-mm' is ignored")]
+    assert found.notes == [(2, make_note("mtl-option-ignored", option="'-mm'"))]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp932"])

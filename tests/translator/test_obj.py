@@ -11,6 +11,7 @@ import pytest
 
 from relume.translator import obj
 from relume.translator.obj import MeshError, features, plain, read_obj, vertex_normals
+from relume.translator.outcomes import make_note
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
@@ -94,7 +95,7 @@ def test_quads_and_polygons(tmp_path):
     assert _triangles(group) == _expect((0, 1, 2), (0, 1, 2), (0, 2, 3))
     found = read_obj(_write(tmp_path, SQUARE + "f 2 3 4 1 2\nf 1 2 3\n"))
     assert _triangles(found.groups[0]) == _expect((1, 2, 3), (1, 3, 0), (1, 0, 1), (0, 1, 2))
-    assert found.notes == [(5, "1 faces with more than 4 corners, split about their first corner")]
+    assert found.notes == [(5, make_note("many-cornered-faces", count=1))]
 
 
 @pytest.mark.parametrize(
@@ -179,15 +180,15 @@ def test_vertex_colours_need_the_last_vertex(tmp_path):
     assert _group(tmp_path, coloured + "v 0 1 0\nf 1 2 3\n").colors is None
     found = read_obj(_write(tmp_path, "v 5 5 5\n" + coloured + "f 1 2 3\n"))
     assert found.groups[0].colors[0].tolist() == [1, 1, 1]
-    assert found.notes == [(1, "1 vertices without a colour are white")]
+    assert found.notes == [(1, make_note("vertices-without-color", count=1))]
 
 
 def test_incomplete_attributes_are_not_used(tmp_path):
     """Proves: where only some corners name a normal, none is used, and a note says so."""
     found = read_obj(_write(tmp_path, SQUARE + "vn 0 0 1\nusemtl m\nf 1//1 2//1 3//1\nf 1 2 3\n"))
     assert found.groups[0].normals is None
-    text = "material 'm': not all corners name a normal, so none is used"
-    assert found.notes == [(6, text)]
+    where = {"where": "material 'm'", "attribute": "normal"}
+    assert found.notes == [(6, make_note("corners-without-attribute", **where))]
     found = read_obj(_write(tmp_path, SQUARE + "vn 0 0 0\nf 1//1 2//1 3//1\n"))
     assert found.groups[0].normals is None
     assert len(found.notes) == 1

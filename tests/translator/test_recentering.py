@@ -6,7 +6,7 @@ import pytest
 
 import relume
 from relume.translator import read_text, translate
-from relume.translator.recentering import SIZE, needed
+from relume.translator.recentering import SIZE, recentering
 
 SCENE = """\
 IMAGE
@@ -128,13 +128,13 @@ def test_ordinary_scenes_stay_where_they_are():
 def test_when_a_scene_is_moved():
     """Where its place is ten sizes from the origin, or its size a tenth of a unit; enlarged by a
     power of ten, and only if it is small."""
-    assert needed(np.zeros(3), 1.0) is None
-    assert needed(np.array([100.0, 0, 0]), 15.0) is None
-    assert needed(np.zeros(3), 0.0) is None
-    far = needed(np.array([1e6, 0, 0]), 10.0)
+    assert recentering(np.zeros(3), 1.0) is None
+    assert recentering(np.array([100.0, 0, 0]), 15.0) is None
+    assert recentering(np.zeros(3), 0.0) is None
+    far = recentering(np.array([1e6, 0, 0]), 10.0)
     assert far.scale == 1 and tuple(far.center) == (1e6, 0, 0)
-    assert far.note() == "rendered about (1e+06, 0, 0)"
-    tiny = needed(np.array([1.0, 0, 0]), 3e-4)
+    assert far.note().text == "rendered about (1e+06, 0, 0): there rays keep their digits"
+    tiny = recentering(np.array([1.0, 0, 0]), 3e-4)
     assert tiny.scale == 1e6 and SIZE / 4 < tiny.scale * 3e-4 < 4 * SIZE
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 from relume.translator import values
+from relume.translator.outcome_rows import Note
 from relume.translator.values import MAX_GUESSES, FileContext, ValueProblem, ValueReader
 
 
@@ -54,10 +55,10 @@ def test_numbers_of_the_environment():
     """0 where the variable is not set, an error where it is no number; each with a remark."""
     text = reader("%N% rest")
     assert text.environment_number() == 4
-    assert text.notes == ["from environment variable N"]
+    assert text.notes == [Note("value-from-variable", "from environment variable N")]
     text = reader("%M%")
     assert text.environment_number() == 0
-    assert text.notes == ["environment variable M is not set: 0"]
+    assert text.notes == [Note("variable-not-set", "environment variable M is not set: 0")]
     assert problem(reader("%TEXT%").environment_number)[3] == "value"
     assert problem(reader("%N").environment_number)[3] == "syntax"
 

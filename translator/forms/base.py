@@ -101,14 +101,14 @@ class LineForm(Form):
             return
         reports = [cursor.described(word)]
         if word != row.name:
-            reports[0].remark(f"read as {row.name}")
+            reports[0].remark("other-spelling", name=row.name)
         reports += self.lines_between(cursor, word)
         if not values.text and (row.place == NEXT_LINE or self.either_line):
             values = cursor.below(word, "its value")
             reports.append(cursor.described(word))
         value = self.value(row, values)
         for note in values.notes:
-            reports[0].remark(note)
+            reports[0].add(note)
         cursor.reports += reports
         assign(target, row.field, value, reports)
 
@@ -136,5 +136,5 @@ def assign(target: Any, field: str, value: Any, reports: list[LineReport]) -> No
     """Set a field; the lines that set it before are reported as overridden."""
     setattr(target, field, value)
     for old in target.lines.reports.get(field, ()):
-        old.becomes("ignored", f"set again in line {reports[0].line}")
+        old.becomes("set-again", line=reports[0].line)
     target.lines.reports[field] = reports

@@ -16,8 +16,7 @@ class Coefficients(Number):
 
     def lines_between(self, cursor: Cursor, word: str) -> list[LineReport]:
         cursor.value_line(word, "a mean and below it three values")
-        note = "a mean that is computed from the channels anyway"
-        return [cursor.described(word, "ignored", note)]
+        return [cursor.described(word, "unused-mean")]
 
     def lines(self, row: Keyword, value: Triple) -> list[str]:
         return [row.name, "0", self.text(value)]

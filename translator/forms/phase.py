@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from relume.translator.forms.numbers import Number, Triple
 from relume.translator.keywords import Keyword
+from relume.translator.outcomes import make_note
 from relume.translator.values import ValueReader
 
 
@@ -18,7 +19,7 @@ class MeanCosine(Number):
     def value(self, row: Keyword, values: ValueReader) -> Triple:
         cosines = values.numbers(1 if values.below else 3)
         if any(abs(g) > 1 for g in cosines):
-            values.notes.append("outside -1 to 1: isotropic")
+            values.notes.append(make_note("isotropic-channel"))
         cosines = tuple(g if abs(g) <= 1 else 0.0 for g in cosines)
         red, green, blue = cosines * 3 if len(cosines) == 1 else cosines
         return red, green, blue

@@ -88,7 +88,7 @@ class ReflectionLines(Form):
         if kind in IMPLIED_ROUGHNESS:
             target.roughness = IMPLIED_ROUGHNESS[kind]
             for old in lines.reports.pop("roughness", ()):
-                old.becomes("ignored", f"'reflection {kind}' in line {cursor.number} sets it")
+                old.becomes("roughness-set-by-reflection", kind=kind, line=cursor.number)
 
     def _coefficients(
         self, model: str, cursor: Cursor, word: str, reports: list[LineReport]
@@ -99,7 +99,7 @@ class ReflectionLines(Form):
         values = cursor.below(word, "six coefficients").numbers(*range(1, 7))
         reports.append(cursor.report(word))
         if len(values) < 6:
-            reports[-1].remark("missing coefficients are 0")
+            reports[-1].remark("missing-coefficients")
         return (*values, *[0.0] * (6 - len(values)))
 
     def lines(self, row: Keyword, value: Reflection) -> list[str]:

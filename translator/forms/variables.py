@@ -31,11 +31,11 @@ class Variables(Form):
         if not name:
             return
         for note in values.notes:
-            reports[1].remark(note)
+            reports[1].add(note)
         variables = getattr(target, row.field)
         if name in variables:
             for report in reports:
-                report.becomes("ignored", f"{name} is defined already, the first definition counts")
+                report.becomes("variable-defined-already", name=name)
         else:
             variables[name] = value
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from relume.translator.forms.numbers import Number
 from relume.translator.keywords import Keyword
+from relume.translator.outcomes import make_note
 from relume.translator.values import ValueReader
 
 OMITTED = {2: (1.0, 1.0), 3: (1.0,), 4: ()}
@@ -22,7 +23,7 @@ class Ward(Number):
                 raise values.error(message, "range", column)
         if len(found) < 4:
             omitted = "rho_d 1, rho_s 1" if len(found) == 2 else "rho_d 1"
-            values.notes.append(f"old form with {len(found)} values: {omitted}")
+            values.notes.append(make_note("old-ward-form", count=len(found), assumed=omitted))
         return (*OMITTED[len(found)], *found)
 
 

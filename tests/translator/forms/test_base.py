@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import relume.translator
+from relume.translator.diagnostics import LineReports
 from relume.translator.document import Document
 from relume.translator.forms.base import Form, LineForm, assign
 from relume.translator.keywords import BLOCK, below, beside, keyword
@@ -64,6 +65,9 @@ class Almanac(Document):
     sunset: int = beside("sunset", TimeOfDay(), 1, 1080, "When the sun sets.", in_manual=False)
     legend: dict[str, str] = keyword("LEGEND", BLOCK, Legend(), 0, {}, "What the words mean.")
     note: str = field(default="", compare=False)
+    lines: LineReports = field(
+        default_factory=lambda: LineReports(Almanac), compare=False, repr=False
+    )
 
 
 def read(text, environ=None):
