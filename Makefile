@@ -3,7 +3,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
-PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors
+PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors textures
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \

@@ -1,4 +1,4 @@
-"""The original program's pictures of 248 small scenes, one feature each, against ours: docs/peer.md.
+"""Pictures of the original program, one feature each, against ours: docs/peer.md.
 
     python -m studies peer REFERENCES [SCENE ...]
 
@@ -36,9 +36,9 @@ def measured(folder: Path, row: dict[str, str]) -> dict[str, Any]:
     error = np.array([float(x) for x in row["se_of_mean"].split()])
     try:
         ours = peer_pictures.render(folder / "scenes" / f"{name}.txt", min(spp, MOST_SPP), SEED)
-    except (CannotRender, SceneError) as error:
-        return {"name": name, "faults": [f"not rendered: {error}"]}
-    found = peer_pictures.judge(ours, peer_pictures.with_error(theirs, error))
+    except (CannotRender, SceneError) as problem:
+        return {"name": name, "faults": [f"not rendered: {problem}"]}
+    found = peer_pictures.judge(ours, theirs, error)
     return {"name": name} | dataclasses.asdict(found)
 
 

@@ -28,8 +28,11 @@ BLOCK, IN_BLOCK, FLOOR = 8, 0.03, 0.05
 """Side of a block [pixel]; difference of its mean that passes, relative to it and to `FLOOR` of the
 picture's mean."""
 
-SIGMAS = 5.0
-"""Standard errors that pass in addition."""
+AT_EDGES = 0.1
+"""What of the difference between neighbours passes in a block."""
+
+SIGMAS, DARK = 5.0, 1e-5
+"""Standard errors, and radiance, that pass in addition."""
 
 SHIFTS = 2
 """Features may not match better elsewhere: at shifts of up to so many pixels."""
@@ -41,9 +44,9 @@ MIRRORS = {
     "transposed": lambda picture: picture.swapaxes(0, 1),
 }
 
-FEATURES, MATCH = 0.02, 0.9
-"""Least share of the gradients' square in the picture's for a picture to have features, and least
-correlation of the gradients with those of the reference."""
+FEATURES, MATCH, BETTER = 0.02, 0.9, 0.01
+"""Least share of the gradients' square in the picture's for a picture to have features; least
+correlation of the gradients with those of the reference; how much more is better elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -122,29 +125,38 @@ def radiance(
     return np.array(rgb).T.reshape(-1, count, 3)
 
 
-def with_error(picture: np.ndarray, error_of_mean: np.ndarray) -> Picture:
+def with_error(picture: np.ndarray, error_of_mean: np.ndarray, noisy: np.ndarray) -> Picture:
     """A picture of the program with the standard error of each value.
 
-    Of light that paths find by chance the variance is in proportion to the radiance.
+    Of light that paths find by chance the variance is about in proportion to the radiance.
 
     Args:
         picture: (height, width, 3).
         error_of_mean: standard error of the mean of each channel, (3,).
+        noisy: where there is noise at all, (height, width, 3): not on what shines.
     """
-    mean = picture.mean(axis=(0, 1))
-    variance = error_of_mean**2 * picture[..., 0].size * picture / np.maximum(mean, 1e-9)
-    return Picture(picture, np.sqrt(variance))
+    lit = np.where(noisy, picture, 0)
+    lit = np.minimum(lit, 4 * lit.mean(axis=(0, 1)))
+    share = lit / np.maximum(lit.sum(axis=(0, 1)), 1e-9)
+    return Picture(picture, error_of_mean * picture[..., 0].size * np.sqrt(share))
 
 
-def judge(ours: Picture, reference: Picture) -> Judgement:
-    """Judge a picture by the program's."""
+def judge(ours: Picture, theirs: np.ndarray, error_of_mean: np.ndarray) -> Judgement:
+    """Judge a picture by the program's; arguments as `with_error`."""
+    reference = with_error(theirs, error_of_mean, ours.error > 0)
     error = np.sqrt(ours.error**2 + reference.error**2)
-    theirs = reference.mean
     found = Judgement([])
     judge_means(found, ours.mean, theirs, error)
     judge_blocks(found, ours.mean, theirs, error)
     judge_places(found, ours.mean, theirs, error)
     return found
+
+
+def edges(picture: np.ndarray) -> np.ndarray:
+    """How far values differ among each pixel and its neighbours, (height, width, 3)."""
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(0, 1))
+    return around.max(axis=(3, 4)) - around.min(axis=(3, 4))
 
 
 def judge_means(
@@ -155,9 +167,9 @@ def judge_means(
     sigma = np.sqrt((error**2).sum(axis=(0, 1))) / error[..., 0].size
     difference = ours.mean(axis=(0, 1)) - mean
     found.ratio = [round(float(r), 4) for r in 1 + difference / np.maximum(mean, 1e-9)]
-    wrong = np.abs(difference) > MEAN * mean + SIGMAS * sigma + 1e-6
+    wrong = np.abs(difference) > MEAN * mean + SIGMAS * sigma + DARK
     for channel in np.flatnonzero(wrong):
-        found.faults.append(f"mean of {'red green blue'.split()[channel]}")
+        found.faults.append(f"mean of {('red', 'green', 'blue')[channel]}")
 
 
 def blocks(picture: np.ndarray) -> np.ndarray:
@@ -171,16 +183,14 @@ def blocks(picture: np.ndarray) -> np.ndarray:
 def judge_blocks(
     found: Judgement, ours: np.ndarray, theirs: np.ndarray, error: np.ndarray
 ) -> None:
-    """Means of blocks."""
+    """Means of blocks; where there are edges, a sub-pixel may fall on either side."""
     mean = blocks(theirs)
-    counts = blocks(1 / np.prod([np.minimum(BLOCK, n) for n in theirs.shape[:2]]) * error**2)
-    sigma = np.sqrt(counts)
-    difference = blocks(ours) - mean
     scale = np.maximum(mean, FLOOR * theirs.mean(axis=(0, 1)))
-    relative = difference / np.maximum(scale, 1e-9)
-    excess = np.abs(difference) - SIGMAS * sigma - IN_BLOCK * scale - 1e-6
-    k = np.unravel_index(np.argmax(np.abs(relative) - SIGMAS * sigma / np.maximum(scale, 1e-9)),
-                         relative.shape)
+    noise = SIGMAS * np.sqrt(blocks(error**2) / BLOCK**2)
+    passes = IN_BLOCK * scale + noise + AT_EDGES * blocks(edges(theirs)) + DARK
+    relative = (blocks(ours) - mean) / np.maximum(scale, 1e-9)
+    excess = np.abs(blocks(ours) - mean) - passes
+    k = np.unravel_index(np.argmax(excess / np.maximum(scale, 1e-9)), relative.shape)
     found.block, found.where = round(float(relative[k]), 4), (int(k[0]), int(k[1]))
     if (excess > 0).any():
         number = int((excess > 0).any(axis=2).sum())
@@ -203,24 +213,24 @@ def judge_places(
 ) -> None:
     """Places of edges and features: nowhere else may they match as well, nor mirrored."""
     reference, ours_d = gradients(theirs), gradients(ours)
-    noise = 8 * (error**2).sum()
-    if (reference**2).sum() - noise < FEATURES**2 * (theirs**2).sum():
+    noise, whole = 4 * (error**2).sum(), (reference**2).sum()
+    if whole - noise <= FEATURES**2 * (theirs**2).sum():
         return
     here = correlation(ours_d, reference)
     found.place = round(here, 3)
     # What noise leaves of the correlation at best.
-    best = max(0.0, 1 - noise / (reference**2).sum())
+    best = max(0.0, 1 - noise / whole)
     if here < MATCH * best:
         found.faults.append("features")
     for down in range(-SHIFTS, SHIFTS + 1):
         for right in range(-SHIFTS, SHIFTS + 1):
-            if (down or right) and _elsewhere(ours_d, reference, down, right) > here + 1e-3:
+            if (down or right) and _elsewhere(ours_d, reference, down, right) > here + BETTER:
                 found.faults.append(f"features {down} down, {right} right")
     for name, mirror in MIRRORS.items():
         other = mirror(theirs)
         if other.shape == theirs.shape:
             there = correlation(ours_d, gradients(other))
-            if there > here + 1e-3:
+            if there > here + BETTER:
                 found.faults.append(f"features {name}")
 
 

@@ -14,7 +14,16 @@ from relume.translator.lights import is_spot
 from relume.translator.objects import SceneObject
 from relume.translator.outcomes import make_note
 from relume.translator.plan import BOOTSTRAP, metropolis, mutations
-from relume.translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
 
 Row = tuple[str, Callable[[Any], Any], str]
 
@@ -69,10 +78,13 @@ def no_subsurface(block: SceneObject) -> bool:
     return not block.reflection.subsurface
 
 
-def is_mapped(block: SceneObject) -> bool:
-    """Whether an object asks for the map of an image-based light."""
-    flags = ("panoramic_map", "angular_map", "equirectangular_map", "hemisphere_map")
-    return any(getattr(block, flag) for flag in flags)
+MAPS = ("panoramic_map", "angular_map", "equirectangular_map", "hemisphere_map")
+"""Flags that ask for the map of an image-based light."""
+
+
+def is_disk(block: SceneObject) -> bool:
+    """Whether an object is a disk, with or without a hole."""
+    return isinstance(block.shape, Disk | Annulus)
 
 
 def emits_and_reflects(block: SceneObject) -> bool:
@@ -90,14 +102,18 @@ OBJECT_ROWS: tuple[Row, ...] = (
     ("back", always, "no-effect"),
     ("media_ignore_front_back", always, "medium-everywhere"),
     ("blackhole_disk", lambda b: b.blackhole_disk, "relativity"),
-    ("disk_map", lambda b: b.disk_map and b.texture, "disk-map"),
-    ("disk_map", lambda b: b.disk_map and not b.texture, "no-texture"),
-    ("background", lambda b: b.background, "shown-lit"),
+    ("disk_map", lambda b: b.disk_map and not is_disk(b), "disk-map-without-disk"),
+    ("disk_map", lambda b: b.disk_map and is_disk(b) and not b.disk_picture, "no-texture"),
+    ("background", lambda b: b.background and not b.is_backdrop, "background-not-plane"),
     ("texture", lambda b: isinstance(b.shape, Plane), "no-texture-on-plane"),
-    ("texture", lambda b: b.texture and is_mapped(b), "default-mapping"),
+    *((flag, lambda b, flag=flag: getattr(b, flag) and not (b.texture or b.ibl_texture),
+       "map-without-picture") for flag in MAPS),
+    *((flag, lambda b, flag=flag: getattr(b, flag) and (b.texture or b.ibl_texture)
+       and not isinstance(b.shape, Sphere | Hemisphere), "map-without-sphere") for flag in MAPS),
     ("shadow", lambda b: b.shadow and not isinstance(b.shape, Plane | UVPlane),
      "only-planes-catch-shadows"),
-    ("repeat", lambda b: b.texture is None, "no-texture"),
+    ("repeat", lambda b: isinstance(b.shape, MeshFile), "repeat"),
+    ("repeat", lambda b: not b.texture and not isinstance(b.shape, MeshFile), "no-texture"),
     ("ibl_texture_coef", lambda b: b.ibl_texture is None, "no-ibl-texture"),
     ("smooth", lambda b: b.smooth and not isinstance(b.shape, MeshFile), "no-mesh"),
     ("r_refractive_index", always, "one-index"),

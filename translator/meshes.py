@@ -22,6 +22,10 @@ KINDS = dict(
 
 BLACK = (0.0, 0.0, 0.0)
 
+UPRIGHT = 1e-6
+"""1 - cosine of the angle between a normal and the face's up to which they are the same: 0.08
+degrees, what six decimals of a file leave."""
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Part:
@@ -87,7 +91,7 @@ class Meshes:
             SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
         """
         try:
-            if path not in self.files and stock_serves(block, matrix) and features(path).plain:
+            if path not in self.files and stock_serves(block, path, matrix):
                 tint = reflectances(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
@@ -124,7 +128,11 @@ class Meshes:
             described = block if material is None else with_material(block, material)
             colored = group.colors is not None
             tint = reflectances(described, material, find, self.spectral, colored, block.color)
-            entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
+            smoothed = smooth(block, material)
+            if not smoothed and (tilted := face_normals(group)) is not None:
+                block.lines.remark("", "flat-vn")
+                group, smoothed = tilted, True
+            entry = mesh(obj, group, matrix, smoothed, block.normal < 0, tint)
             opacity = None if material is None or material.map_kd else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
             bump = self.bump(material, block, find)
@@ -132,16 +140,20 @@ class Meshes:
         return result
 
 
-def stock_serves(block, matrix):
-    """Whether Mitsuba's own reader could do for a mesh object.
+def stock_serves(block, path, matrix):
+    """Whether Mitsuba's own reader does for a mesh object.
 
     A bump map must know the mesh (see `bumps.texel_length`), and under a mirroring matrix the stock
-    plugin leaves either faces or vertex normals on the wrong side.
+    plugin leaves either faces or vertex normals on the wrong side. It has no use for the normals
+    of a file whose faces are flat (row flat-vn).
     """
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
     if block.reflection.subsurface:  # to see whether it is closed
         return False
-    return block.bump_texture is None and not (mirrored and block.smooth)
+    if block.bump_texture is not None or (mirrored and block.smooth):
+        return False
+    found = features(path)
+    return found.plain and (block.smooth or not found.has_normals)
 
 
 def stock_mesh(block, path, matrix):
@@ -224,16 +236,14 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
         picture = load_texture(
             path,
             flip=False,
-            repeat=material.repeat or block.repeat,
+            repeat=material.repeat or 1,
             uv_scale=(u, v),
             uv_offset=(du, -dv),
             spectral=spectral,
         )
         return Reflectances(times(picture, object_color), block.specular)
     if block.texture is not None:
-        picture = load_texture(
-            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
-        )
+        picture = load_texture(find(block.texture), flip=False, spectral=spectral)
         return Reflectances(picture, block.specular)
     if colored and (material is None or material.color is None):
         return Reflectances(VertexColor(), block.specular)
@@ -245,6 +255,35 @@ def smooth(block, material):
     if material is not None and material.smooth is not None:
         return material.smooth != 0
     return block.smooth
+
+
+def face_normals(group):
+    """A group whose faces are shaded, flat, with the mean of their corners' normals (row flat-vn).
+
+    Returns:
+        The group with corners of its own for each face; None where the file has no normals, or all
+        of these means are the normals of the faces, up to `UPRIGHT`.
+    """
+    if group.normals is None:
+        return None
+    mean = group.normals[group.faces].sum(axis=1)
+    a, b, c = (group.vertices[group.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    length, size = (np.linalg.norm(x, axis=1, keepdims=True) for x in (mean, across))
+    usable = length > 1e-6
+    mean = np.where(usable, mean / np.where(usable, length, 1), across / np.maximum(size, 1e-300))
+    if np.all((mean * across).sum(axis=1) >= (1 - UPRIGHT) * size[:, 0]):
+        return None
+    corners = group.faces.ravel()
+    return dataclasses.replace(
+        group,
+        vertices=group.vertices[corners],
+        faces=np.arange(len(corners), dtype=np.int32).reshape(-1, 3),
+        normals=np.repeat(mean, 3, axis=0),
+        uv=None if group.uv is None else group.uv[corners],
+        colors=None if group.colors is None else group.colors[corners],
+        source=group.source[corners],
+    )
 
 
 def mesh(obj, group, matrix, smoothed, turned, tint):

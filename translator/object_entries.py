@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from relume.translator import dense_media, environment_maps, lights, materials, media
+from relume.translator import dense_media, environment_maps, geometry, lights, materials, media
 from relume.translator.assets import Find
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
@@ -19,10 +19,19 @@ from relume.translator.media import HomogeneousMedium
 from relume.translator.meshes import Meshes, Part
 from relume.translator.objects import SceneObject
 from relume.translator.outcome_rows import Note
-from relume.translator.reflectances import Texture, at_most_one, load_texture
+from relume.translator.reflectances import SphereMap, Texture, at_most_one, cut_out, load_texture
 from relume.translator.scene_geometry import SceneGeometry, box_corners
-from relume.translator.scene_values import Entry
-from relume.translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator.scene_values import Entry, rgb
+from relume.translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
 from relume.translator.surfaces import ShapeBuilder
 
 
@@ -116,6 +125,8 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         return Contents({f"{name}_light": lamp})
     if isinstance(block.shape, MeshFile):
         return mesh_object(scene, name, index, block)
+    if isinstance(block.shape, Disk | Annulus) and block.disk_map and block.disk_picture:
+        return Contents({name: cut_out_disk(scene, name, index, block)})
     if block.ibl_texture is not None:
         return Contents({name: image_based_light(scene, name, index, block)})
     shape = scene.shapes.shape(index, block)
@@ -123,7 +134,8 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         color = materials.entry(block.color)
         block.lines.remark("shadow", "shadow")
         return Contents({name: shape | {"bsdf": {"type": "shadowcatcher", "reflectance": color}}})
-    return surface(scene, name, index, Part("", shape, block, object_reflectances(scene, block)))
+    reflectances = object_reflectances(scene, index, block)
+    return surface(scene, name, index, Part("", shape, block, reflectances))
 
 
 def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Contents:
@@ -154,7 +166,12 @@ def image_based_light(scene: PlacedScene, name: str, index: int, block: SceneObj
     pixels = environment_maps.picture(scene.find(block.ibl_texture), block)
     if not isinstance(block.shape, Sphere | Hemisphere):
         return scene.shapes.shape(index, block) | environment_maps.shining_surface(
-            name, pixels, block.ibl_texture_coef, flip=True, spectral=scene.spectral
+            name,
+            pixels,
+            block.ibl_texture_coef,
+            flip=True,
+            spectral=scene.spectral,
+            tiles=picture_tiles(scene, "ibl_texture", block),
         )
     ball = scene.geometry.balls[index]
     if ball is None or index in scene.domes_by_direction:
@@ -173,13 +190,73 @@ def catches_shadows(document: Document, block: SceneObject) -> bool:
     return True
 
 
-def object_reflectances(scene: PlacedScene, block: SceneObject) -> Reflectances:
+def cut_out_disk(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Entry:
+    """A disk with `disk_map`: what its picture covers shines with the emission (row disk-map).
+
+    The picture spans the radius of the disk along both tangents, around the centre (section 11.3).
+    """
+    shape = scene.shapes.shape(index, block)
+    mesh = shape["mesh"]
+    shape["mesh"] = replace(mesh, uv=mesh.uv[:, ::-1] + 0.5)
+    picture = cut_out(scene.find(block.disk_picture), scene.spectral)
+    assert picture.alpha is not None
+    opacity = picture.alpha[..., None]
+    block.lines.remark("disk_map", "disk-map")
+    bsdf = {"type": "mask", "opacity": picture.opacity(), "bsdf": environment_maps.BLACK}
+    if block.ibl_texture is not None:
+        shining = replace(picture, rgb=picture.rgb * opacity * np.float32(block.ibl_texture_coef))
+    else:
+        block.lines.becomes("color", "disk-map-shines")
+        shining = replace(picture, rgb=opacity * np.array(block.emission, np.float32))
+    if not shining.rgb.any():
+        return shape | {"bsdf": bsdf}
+    emitter = lights.two_sided(name, environment_maps.radiance(shining))
+    return shape | {"bsdf": bsdf, "emitter": emitter}
+
+
+def object_reflectances(scene: PlacedScene, index: int, block: SceneObject) -> Reflectances:
     """The reflectances of a shape: `texture` replaces both colours (section 11.2)."""
     if block.texture is None or isinstance(block.shape, Plane):
         return plain_reflectances(block)
-    picture = load_texture(scene.find(block.texture), repeat=block.repeat, spectral=scene.spectral)
+    u, v = picture_tiles(scene, "texture", block)
+    covering, repeat = sphere_map(scene, index, block), block.repeat
+    if covering is not None and covering.name == "hemisphere":
+        repeat = 1  # the program finds its texel without u and v
+    elif covering is not None and isinstance(block.shape, Hemisphere):
+        u *= 2
+    picture = load_texture(
+        scene.find(block.texture),
+        repeat=repeat,
+        uv_scale=(u, v),
+        spectral=scene.spectral,
+        map=covering,
+    )
     block.lines.becomes("color", "texture-replaces-color")
     return Reflectances(picture, picture)
+
+
+def picture_tiles(scene: PlacedScene, field: str, block: SceneObject) -> tuple[float, float]:
+    """How often a picture fits along both sides of a shape (row uvplane-texture)."""
+    if not isinstance(block.shape, UVPlane):
+        return 1.0, 1.0
+    if not np.allclose(block.shape.tiles("prender"), 1):
+        block.lines.remark(field, "uvplane-texture", dialect=scene.dialect)
+    return block.shape.tiles(scene.dialect)
+
+
+def sphere_map(scene: PlacedScene, index: int, block: SceneObject) -> SphereMap | None:
+    """How the flags of an object ask its picture to cover the sphere, if any does (11.5)."""
+    flag = environment_maps.map_flag(block)
+    if flag is None or not isinstance(block.shape, Sphere | Hemisphere):
+        return None
+    block.lines.remark(flag, "texture-maps")
+    matrix = scene.geometry.matrices[index]
+    is_ball = scene.geometry.balls[index] is not None
+    return SphereMap(
+        environment_maps.map_name(block, scene.dialect),
+        geometry.point(matrix, block.shape.center),
+        None if is_ball else np.linalg.inv(matrix[:3, :3]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,12 +333,44 @@ def surface(scene: PlacedScene, name: str, index: int, part: Part) -> Contents:
         shape["exterior"] = media.REFERENCE
     materials.report_surface(block)
     shape["bsdf"] = covered(scene, part, shape, inside.bsdf)
-    if any(block.emission):
-        shape = lights.shining(name, block, shape, scene.geometry, scene.document, index)
+    if block.is_backdrop:
+        shape = seen_unlit(scene, part, shape)
+    elif any(block.emission):
+        shape = lights.shining(
+            name, block, shape, scene.geometry, scene.document, index, scene.dialect
+        )
     elif any(scene.document.ambient):
         shape["emitter"] = lights.ambient(name, scene.document)
     found: Sequence[HomogeneousMedium] = () if inside.medium is None else (inside.medium,)
     return Contents({name: shape}, tuple(found), inside.dipole)
+
+
+def seen_unlit(scene: PlacedScene, part: Part, shape: Entry) -> Entry:
+    """A shape that the camera sees in its unlit colour; for other surfaces it is an ordinary one.
+
+    Only `dispersivepath` tells the two apart. Where a medium needs another integrator, the shape is
+    black to other surfaces.
+    """
+    block, color = part.block, part.reflectances.color
+    bsdf = shape["bsdf"]
+    block.lines.remark("background", "background-object")
+    if not lit_backdrops(scene.document):
+        block.lines.becomes("background", "backdrop-black")
+        black = environment_maps.BLACK
+        bsdf = bsdf | {"bsdf": black} if bsdf["type"] == "mask" else black
+    if isinstance(color, Texture):
+        opaque = 1 if color.alpha is None else color.alpha[..., None]
+        radiance = environment_maps.radiance(replace(color, rgb=color.rgb * opaque))
+    else:
+        assert isinstance(color, tuple)  # only meshes have vertex colours
+        radiance = rgb(color)
+    return shape | {"bsdf": bsdf, "emitter": lights.backdrop(radiance)}
+
+
+def lit_backdrops(document: Document) -> bool:
+    """Whether the integrator can light objects with `background` where they are not seen."""
+    translucent = any(block.reflection.subsurface for block in document.objects)
+    return not (document.participating_media or translucent)
 
 
 def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:

@@ -139,6 +139,8 @@ def integrator(
         kind, reason = "dipole", f"subsurface scattering by diffusion, profile {profile}"
     elif dispersive:
         kind, reason = "dispersivepath", "glass with dispersion: one wavelength for each path"
+    elif "apparentlamp" in types and any(block.is_backdrop for block in document.objects):
+        kind, reason = "dispersivepath", "background: seen unlit, and lit for all else"
     else:
         kind, reason = "path", "no medium"
     if dispersive and media:

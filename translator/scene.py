@@ -47,6 +47,7 @@ OWN_PLUGINS = {
     "schlickglass": "bsdf",
     "subsurface": "bsdf",
     "shadowcatcher": "bsdf",
+    "apparentlamp": "emitter",
     "parallelbeam": "emitter",
     "falloffspot": "emitter",
     "twosidedarea": "emitter",
@@ -59,6 +60,7 @@ OWN_PLUGINS = {
     "shadowcatching": "integrator",
     "hgrgb": "phase function",
     "screencamera": "sensor",
+    "spheremap": "texture",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
 
