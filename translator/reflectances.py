@@ -200,7 +200,8 @@ def load_texture(
 def cut_out(path: str | Path | None, spectral: bool) -> Texture:
     """The `Texture` of a picture that is cut out: transparent and black outside.
 
-    Unlike those of `load_texture` it has all texels: the column is floor(w u) here (11.3).
+    Unlike those of `load_texture` it has all texels: the column is w u, rounded towards 0, so that
+    the first column and the lowest row are twice as wide as the others (11.3).
 
     Args:
         path: the picture.
@@ -211,7 +212,11 @@ def cut_out(path: str | Path | None, spectral: bool) -> Texture:
     """
     image = as_texture(read_image(path))
     alpha = np.ones(image.rgb.shape[:2], np.float32) if image.alpha is None else image.alpha
-    rgb, alpha = np.pad(image.rgb[::-1], ((1, 1), (1, 1), (0, 0))), np.pad(alpha[::-1], 1)
-    height, width = alpha.shape
-    scale = ((width - 2) / width, (height - 2) / height)
-    return Texture(rgb, alpha, scale, (1 / width, 1 / height), spectral, ends=True)
+    rgb, alpha = (
+        np.pad(np.pad(texels[::-1], (*((1, 0),) * 2, (0, 0)), "edge"), (*((1, 1),) * 2, (0, 0)))
+        for texels in (image.rgb, alpha[..., None])
+    )
+    height, width = rgb.shape[:2]
+    scale = ((width - 3) / width, (height - 3) / height)
+    offset = (2 / width, 2 / height)
+    return Texture(rgb, alpha[..., 0], scale, offset, spectral, ends=True)
