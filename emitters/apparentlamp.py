@@ -92,7 +92,7 @@ def define() -> type[mi.Emitter]:
             self.radiance = props.get_emissive_texture("radiance", 1.0)
             self.two_sided = props.get("two_sided", False)
             self.backdrop = props.get("backdrop", False)
-            u, v = (vector(props, name, (0, 0, 0)) for name in ("edge_u", "edge_v"))
+            u, v = vector(props, "edge_u", (0, 0, 0)), vector(props, "edge_v", (0, 0, 0))
             across = np.cross(u, v)
             area = float(np.linalg.norm(across))
             self.lights = area > 0

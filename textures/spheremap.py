@@ -9,7 +9,7 @@ r"""Picture on a sphere by a map of image-based lights (``spheremap``)
      - Description
    * - (nested)
      - texture
-     - The picture, as a texture over :math:`(u, v)`. Required. Differentiable.
+     - The picture, as a texture over :math:`(u, v)`. Required.
    * - ``map``
      - string
      - How the picture covers the sphere: ``transposed``, ``panoramic``, ``angular``,
@@ -41,7 +41,7 @@ Where the shape turns, the picture does not.
     {'type': 'sphere', 'center': [0, 1, 0],
      'bsdf': {'type': 'diffuse',
               'reflectance': {'type': 'spheremap', 'map': 'panoramic', 'center': [0, 1, 0],
-                              'picture': {'type': 'bitmap', 'filename': 'earth.png'}}}}
+                              'picture': {'type': 'bitmap', 'filename': 'probe.hdr'}}}}
 """
 
 from __future__ import annotations

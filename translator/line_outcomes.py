@@ -6,6 +6,7 @@ condition holds, to the lines that set the field.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -60,6 +61,8 @@ DOCUMENT_ROWS: tuple[Row, ...] = (
     ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "relativity"),
     ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "relativity"),
     ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "relativity"),
+    ("next_event_estimation", lambda d: has_ward(d), "ward-nee"),
+    ("participating_media", lambda d: d.participating_media and shows_sky(d), "fog-sky"),
     ("next_event_estimation", always, "lights-always-sampled"),
     ("depth", always, "roulette-depth"),
     ("gamma_offset", lambda d: d.gamma_offset == 0, "gamma"),
@@ -71,6 +74,17 @@ def several_lamps(document: Document) -> bool:
     """Whether explicit light comes from more than one lamp."""
     lamps = [b for b in document.objects if any(b.emission) and not any(b.color)]
     return document.next_event_estimation and len(lamps) > 1
+
+
+def has_ward(document: Document) -> bool:
+    """Whether a surface has Ward's reflection under next event estimation."""
+    kinds = [block.reflection.kind for block in document.objects]
+    return document.next_event_estimation and "ward" in kinds
+
+
+def shows_sky(document: Document) -> bool:
+    """Whether rays that meet no surface show anything."""
+    return any(document.background) or document.background_texture is not None
 
 
 def no_subsurface(block: SceneObject) -> bool:
@@ -87,6 +101,24 @@ def is_disk(block: SceneObject) -> bool:
     return isinstance(block.shape, Disk | Annulus)
 
 
+def is_below_ward(block: SceneObject, field: str) -> bool:
+    """Whether a line that sets a field comes after that of Ward's parameters."""
+    if not (block.lines.of(field) and block.lines.of("ward_brdf")):
+        return False
+    return block.lines.line(field) > block.lines.line("ward_brdf")
+
+
+def is_scaled_round(block: SceneObject) -> bool:
+    """Whether an object is a sphere, a dome or a disk with a scale."""
+    is_round = isinstance(block.shape, Sphere | Hemisphere | Disk | Annulus)
+    return is_round and any(transform.kind == "scale" for transform in block.transforms)
+
+
+def is_unit(vector: tuple[float, float, float]) -> bool:
+    """Whether a vector has the length 1."""
+    return math.isclose(math.hypot(*vector), 1, rel_tol=1e-3)
+
+
 def emits_and_reflects(block: SceneObject) -> bool:
     """Whether an object that looks like a lamp alone reflects, too."""
     lamp = isinstance(block.shape, Plane | InfinityLight)
@@ -97,6 +129,8 @@ OBJECT_ROWS: tuple[Row, ...] = (
     ("reflection", lambda b: b.reflection.kind == "glass" and no_subsurface(b), "glass-fresnel"),
     ("reflection", lambda b: b.reflection.dispersion is not None, "dispersion-rgb"),
     ("ward_brdf", lambda b: b.reflection.kind == "ward", "ward-exponent"),
+    *((field, lambda b, field=field: b.reflection.kind == "ward" and is_below_ward(b, field),
+       "ward-colour") for field in ("color", "specular")),
     ("phong_brdf", lambda b: b.reflection.kind == "phong", "phong-cosine"),
     ("texture", always, "texture"),
     ("back", always, "no-effect"),
@@ -105,6 +139,16 @@ OBJECT_ROWS: tuple[Row, ...] = (
     ("disk_map", lambda b: b.disk_map and not is_disk(b), "disk-map-without-disk"),
     ("disk_map", lambda b: b.disk_map and is_disk(b) and not b.disk_picture, "no-texture"),
     ("background", lambda b: b.background and not b.is_backdrop, "background-not-plane"),
+    ("", is_scaled_round, "sphere-radius-scale"),
+    ("", lambda b: isinstance(b.shape, InfinityLight) and not is_unit(b.shape.direction),
+     "infinity-shadow"),
+    ("ibl_texture",
+     lambda b: b.ibl_texture and isinstance(b.shape, Hemisphere) and not b.hemisphere_map,
+     "ibl-hemisphere-u"),
+    ("hemisphere_map",
+     lambda b: b.hemisphere_map and (b.texture or b.ibl_texture)
+     and isinstance(b.shape, Sphere | Hemisphere),
+     "hemisphere-map-integer"),
     ("texture", lambda b: isinstance(b.shape, Plane), "no-texture-on-plane"),
     *((flag, lambda b, flag=flag: getattr(b, flag) and not (b.texture or b.ibl_texture),
        "map-without-picture") for flag in MAPS),

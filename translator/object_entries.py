@@ -382,7 +382,10 @@ def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:
     if bump is not None:
         flip = not isinstance(block.shape, MeshFile)
         bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip)
-        block.lines.becomes("bump_texture", "bump")
+        if flip:
+            block.lines.becomes("bump_texture", "bump-shapes")
+        else:
+            block.lines.becomes("bump_texture", "bump")
     color = part.reflectances.color
     opacity: float | Entry | None = part.opacity
     if isinstance(color, Texture) and color.alpha is not None:

@@ -144,6 +144,7 @@ class ShapeBuilder:
 
     def disk(self, block: SceneObject, shape: Disk, matrix: np.ndarray) -> Entry:
         """A disk, tessellated where a matrix or a picture asks for more than the stock one has."""
+        self.report_disk(block)
         linear = matrix[:3, :3]
         axes = geometry.frame(geometry.unit(shape.normal)) * shape.radius
         to_world = matrix @ geometry.affine(axes, shape.center)
@@ -155,8 +156,16 @@ class ShapeBuilder:
 
     def annulus(self, block: SceneObject, shape: Annulus, matrix: np.ndarray) -> Entry:
         """A flat ring, tessellated."""
+        self.report_disk(block)
         block.lines.becomes("", "tessellated-ring", segments=ANNULUS_SEGMENTS)
         return mesh_entry(ring(shape.radius, shape.inner_radius, shape, matrix), block.normal < 0)
+
+
+    def report_disk(self, block: SceneObject) -> None:
+        """Report how pictures lie on a disk."""
+        if not block.disk_map:
+            for field in ("texture", "bump_texture", "ibl_texture"):
+                block.lines.remark(field, "disk-frame")
 
 
 def flipped(turned: bool | np.bool_) -> Entry:

@@ -139,6 +139,13 @@ CASES = [
     (BALL + "MATERIAL_SYMBOL\nApple\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_SCALE\n2\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_R_MAX\n2\n", 3, "ignored", "no subsurface"),
+    (BALL + "scale 2 2 2\n", 1, "translated", "sphere-radius-scale"),
+    ("OBJECT\ninfinity_light 0 -2 0\nemission 1 1 1\n", 1, "translated", "infinity-shadow"),
+    (FOG + "BACKGROUND\n1 1 1\n", 1, "translated", "fog-sky"),
+    ("nextEventEstimation\n1\n\n" + BALL + "reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n", 1,
+     "translated", "ward-nee"),
+    *((BALL + f"reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n{field} 1 1 1\n", 5, "translated",
+       "ward-colour") for field in ("color", "specular")),
     (SSS, 3, "translated", "sss-dipole"),
     (SSS + "BSSRDF\n0\n", 3, "translated", "sss-simulation"),
     (FOG + "\n" + SSS, 9, "approximated", "simulated instead: there is a medium"),
@@ -205,7 +212,7 @@ def test_every_row_applies_in_a_case():
     """Each row of the tables is met by at least one of the cases, but for pictures and meshes, which
     need files and are tested with them."""
     documents = [read_text(text, environ={}) for text, *_ in CASES]
-    needs_files = {"texture", "repeat", *MAPS}
+    needs_files = {"texture", "ibl_texture", "repeat", *MAPS}
     for field, applies, code in DOCUMENT_ROWS:
         met = any(d.lines.is_set(field) and applies(d) for d in documents)
         assert met, (field, code)
