@@ -209,8 +209,8 @@ def test_outcomes(text, line, outcome, words):
 
 
 def test_every_row_applies_in_a_case():
-    """Each row of the tables is met by at least one of the cases, but for pictures and meshes, which
-    need files and are tested with them."""
+    """Each row of the tables is met by at least one of the cases, but for pictures and meshes,
+    which need files and are tested with them."""
     documents = [read_text(text, environ={}) for text, *_ in CASES]
     needs_files = {"texture", "ibl_texture", "repeat", *MAPS}
     for field, applies, code in DOCUMENT_ROWS:

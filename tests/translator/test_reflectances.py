@@ -224,7 +224,7 @@ def test_maps_of_a_sphere(load, pixels, name):
 
 @pytest.mark.parametrize("name", MAPS)
 def test_maps_of_a_hemisphere(load, pixels, name):
-    """u is doubled, as without a flag, but for `hemisphere_map`, which shows the dome from above."""
+    """u is doubled, as without a flag, but for `hemisphere_map`: it shows the dome from above."""
     flag, _, dialect = name.partition(", ")
     scene = load(f"OBJECT\nhemisphere 0 0 0 2\n{TEXTURE}{flag}_map 1\n", dialect or "manual")
     n = directions()
