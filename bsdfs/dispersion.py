@@ -7,6 +7,7 @@ times k is an unbiased estimate of the sum (Wilkie et al., "Hero Wavelength Spec
 2014, without the combination of techniques). The factor k is due once per path, which
 a BSDF, knowing no path, cannot arrange. Therefore:
 
+- A BSDF that disperses has `HERO_WAVELENGTH` among its flags, and so has any around it.
 - An integrator that keeps track of it sets `HERO_WAVELENGTH` in ``BSDFContext.type_mask``. The
   BSDF then follows wavelength 0, returns 0 for the others, *without* the factor, and sets the same
   bit in ``BSDFSample3f.sampled_type``. The integrator multiplies by k at the first such event.

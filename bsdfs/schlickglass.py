@@ -161,7 +161,12 @@ def define() -> type[mi.BSDF]:
                 kind | sides | (mi.BSDFFlags.SpatiallyVarying if t.is_spatially_varying() else 0)
                 for kind, t in (
                     (mi.BSDFFlags.DeltaReflection, self.specular_reflectance),
-                    (self.through | mi.BSDFFlags.NonSymmetric, self.specular_transmittance),
+                    (
+                        self.through
+                        | mi.BSDFFlags.NonSymmetric
+                        | (HERO_WAVELENGTH if self.dispersion else 0),
+                        self.specular_transmittance,
+                    ),
                 )
             ]
             self.m_flags = self.m_components[0] | self.m_components[1]

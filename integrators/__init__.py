@@ -2,7 +2,15 @@
 
 from relume.registration import register_plugins
 
-PLUGINS = ("dipole", "dispersivepath", "erpt", "pssmlt", "samplescale", "shadowcatching")
+PLUGINS = (
+    "dipole",
+    "dispersivepath",
+    "erpt",
+    "pssmlt",
+    "samplescale",
+    "shadowcatching",
+    "surfacepath",
+)
 """Ids of the plugins; each has a module of its name."""
 
 register_plugins("integrator", __name__, PLUGINS)

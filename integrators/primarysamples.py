@@ -113,6 +113,8 @@ def sampler_class(_variant: str) -> type[mi.Sampler]:
     """The class of samplers that hand out the numbers of a function, under the variant in use."""
 
     class PrimarySampler(mi.Sampler):
+        unordered = True  # neighbouring rays go where they like, from the camera on
+
         # The function is no part of the state that a loop carries, only the dimension is.
         def __init__(self, number, dimension):
             mi.Sampler.__init__(self, mi.Properties())

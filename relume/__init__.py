@@ -76,7 +76,7 @@ _HOMES = {
     "read": "relume.application",
     "render": "relume.application",
     "stability": "relume.workbench.stability",
-    "translate": "relume.application",
+    "to_dict": "relume.application",
 }
 
 

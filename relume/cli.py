@@ -187,7 +187,7 @@ def convert(
     show_default=True,
     help="Independent renders of each side.",
 )
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same comparison, but for the times.")
 @click.option("-o", "--output", "out", metavar="FILE.html", help="Write a page with the pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @scene_options
@@ -219,7 +219,7 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     metavar="PATTERN",
     help="Only cells such as 'grey ball/*' (repeatable).",
 )
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same verdicts.")
 @click.option("-o", "--output", "out", metavar="DIR", help="Write a page and a heat map.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def stability(as_json: bool, **options: Any) -> None:
@@ -273,7 +273,7 @@ def stability(as_json: bool, **options: Any) -> None:
     help="Independent renders at each number of samples.",
 )
 @render_option("size", help="Size of the pictures; by default at most 160 across.")
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same pictures, but not their times.")
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")

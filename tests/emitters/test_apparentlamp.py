@@ -47,7 +47,7 @@ DIFFUSE = {"type": "diffuse", "reflectance": RHO}
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("integrator", ["path", "volpath", "dispersivepath"])
 def test_lit_by_the_parallelogram(integrator, measure, agrees, spot_meter):
-    """The floor below has rho L F of the small square, though the large one is what stands there."""
+    """The floor below has rho L F of the small square, though the large one stands there."""
     meter = spot_meter((3.0, 0.0, 1.0), (0.0, 0.0, 0.0))
     measured = measure(scene(lamp(), meter, DIFFUSE, integrator), spp=256)
     agrees(measured, RHO * L * square_factor(1.0))

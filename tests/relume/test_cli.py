@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -196,6 +197,13 @@ def test_a_variant_that_this_machine_cannot_run(run, room):
 def test_render_prints_the_files_it_wrote(run, room):
     result = run("render", room(), "-o", "a.exr", "--size", "8x6", "--spp", "2", "--seed", "1")
     assert (result.exit_code, result.stdout) == (0, "a.exr\na.bmp\n")
+
+
+@pytest.mark.parametrize("name", main.commands)
+def test_every_option_has_a_help(name):
+    """Also those that a command shares with others."""
+    options = [p for p in main.commands[name].params if isinstance(p, click.Option)]
+    assert [option.opts[0] for option in options if not option.help] == []
 
 
 def test_help_and_version():

@@ -1,0 +1,284 @@
+r"""Path tracer for surfaces (``surfacepath``)
+============================================
+
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``min_depth``
+     - integer
+     - Shortest path that counts, 1 or more: 2 leaves out emitters that are seen, 3 direct light,
+       too. Default: 1.
+   * - ``max_depth``
+     - integer
+     - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
+       and end on nothing where they would reach the environment. Default: false.
+
+Emitter sampling and BSDF sampling are combined by the power heuristic. Where light meets no
+surface that it can cross straight on, the picture is that of the stock ``path``, from the same
+random numbers as long as roulette does not end paths. What is different:
+
+**Light crosses surfaces.** A ray to a lamp goes on through every surface with a ``Null`` lobe (
+``mask``, ``null``, ``thindielectric``, index-matched ``schlickglass``) with the share T of
+``BSDF.eval_null_transmission``. A ray that crosses one by BSDF sampling keeps the density of the
+direction in which light last scattered, so that both count the same paths. These surfaces do not
+lengthen a path, and a ray that meets nothing else is transparent (alpha). Where a BSDF passes light
+without telling its T (``shadowcatcher``) emitter sampling sees a solid surface and BSDF sampling
+takes over. A scene without such surfaces does not pay for them.
+
+**A lamp with a mask** shines as far as it is there: its radiance is multiplied by the opacity. In
+stock integrators it shines fully.
+
+**Dispersion.** At the first dispersive refraction of a path all wavelengths but the first are
+dropped and the throughput is multiplied by their number (`relume.bsdfs.dispersion`), in spectral
+variants and in scenes that disperse.
+
+**Roulette** lets a path live with the probability
+
+.. math:: q = \min(1, \eta^2 \max_\lambda \beta_\lambda)
+
+of its throughput :math:`\beta` and the product :math:`\eta` of the relative indices that it has
+crossed: the throughput of what survives is 1, so that a closed room of any albedo a below 1 has its
+radiance :math:`1/(1 - a)` from paths of :math:`1/(1 - a)` bounces on average. (``path`` ends one in
+twenty bounces at least; the weight of the others grows without bound.) After a bounce that loses
+less than a part in 100 000 it is at most :math:`1 - 2/(n + 256)` at depth n, or light between
+perfect mirrors would never end: of paths that lose nothing a share of about
+:math:`(1 + n/256)^{-2}` is left after n bounces. Nothing is cut off, and the mean stays right.
+
+Derivatives are those of ``path``: sampled directions stay, values change. There are none for the
+share of light that passes a surface by BSDF sampling.
+
+**Source.** E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapters 9
+and 10; J. Arvo and D. Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990; A. Wilkie et
+al., "Hero Wavelength Spectral Sampling", Computer Graphics Forum 2014.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
+
+.. code-block:: python
+
+    {'type': 'surfacepath', 'max_depth': 16}
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+
+from relume.bsdfs.dispersion import HERO_WAVELENGTH
+from relume.integrators.common import NO_LIMIT, path_depths, power_heuristic
+from relume.integrators.seethrough import Surfaces
+
+LOSSLESS = 1 - 1e-5
+"""Share of the light that a bounce keeps at least to count as one that loses nothing."""
+
+PATIENCE = 256
+"""Depth by which roulette has ended three of four paths that lose nothing."""
+
+
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
+
+    @dataclass
+    class Path:
+        """State of a path: its next ray, what it has found, and its last vertex that scattered."""
+
+        ray: mi.Ray3f
+        L: mi.Spectrum
+        β: mi.Spectrum
+        η: mi.Float
+        depth: mi.UInt32
+        seen: mi.Bool
+        dispersed: mi.Bool
+        active: mi.Bool
+        vertex: mi.Interaction3f
+        pdf: mi.Float
+        delta: mi.Bool
+
+    class SurfacePath(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            if not dr.is_jit_v(mi.Float) or mi.is_polarized:
+                raise ValueError(
+                    f"surfacepath does not work in {mi.variant()}, but in llvm_ad_rgb, "
+                    "llvm_ad_mono, llvm_ad_spectral and their counterparts cuda_ad_*"
+                )
+            self.max_depth, self.rr_depth = path_depths(props)
+            self.min_depth = props.get("min_depth", 1)
+            if self.min_depth < 1:
+                raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
+
+        def with_depth_range(self, min_depth, max_depth):
+            """The same integrator for the light of paths of some lengths alone."""
+            longest = min(max_depth, self.max_depth)
+            return mi.load_dict(
+                {
+                    "type": "surfacepath",
+                    "min_depth": max(min_depth, self.min_depth),
+                    "max_depth": -1 if longest == NO_LIMIT else longest,
+                    "rr_depth": self.rr_depth,
+                    "hide_emitters": self.hide_emitters,
+                }
+            )
+
+        @dr.syntax
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            surfaces = Surfaces(scene)
+            path = self.started(scene, ray, active)
+            while dr.hint(path.active, label="Surface path tracer"):
+                self.step(surfaces, scene, sampler, path)
+            return path.L, path.seen, []
+
+        def started(self, scene, ray, active):
+            """A path at its sensor."""
+            shows = scene.environment() is not None and not self.hide_emitters
+            return Path(
+                ray=mi.Ray3f(ray),
+                L=mi.Spectrum(0),
+                β=mi.Spectrum(1),
+                η=mi.Float(1),
+                depth=mi.UInt32(0),
+                seen=mi.Bool(shows),
+                dispersed=mi.Bool(False),
+                active=mi.Bool(active) & (self.max_depth > 0),
+                vertex=dr.zeros(mi.Interaction3f),
+                pdf=mi.Float(1),
+                delta=mi.Bool(True),
+            )
+
+        def step(self, surfaces, scene, sampler, path):
+            """Trace one ray and scatter where it ends."""
+            # Embree's coherent traversal gains for neighbouring rays from the camera alone.
+            ordered = False if getattr(sampler, "unordered", False) else path.depth == 0
+            si = scene.ray_intersect(
+                path.ray, ray_flags=mi.RayFlags.All, coherent=ordered, active=path.active
+            )
+            bsdf = si.bsdf()
+            flags = bsdf.flags()
+            T = bsdf.eval_null_transmission(si, path.active) if surfaces.see_through else None
+            hidden = self.hidden(si, path)
+            self.add_emission(surfaces, scene, si, T, path)
+
+            meets = path.active & si.is_valid() & ~hidden
+            goes_on = meets & (path.depth + 1 < self.max_depth)
+            scatters = goes_on
+            if surfaces.see_through:  # so may the end of the longest path be
+                scatters |= meets & mi.has_flag(flags, mi.BSDFFlags.Null)
+
+            # ---------------- direct light, BSDF evaluated and sampled at once ----------------
+
+            lit = goes_on & mi.has_flag(flags, mi.BSDFFlags.Smooth)
+            ds, Le, lit = self.lamp(surfaces, scene, sampler, si, path, lit)
+            ctx = mi.BSDFContext()
+            if surfaces.disperse:
+                ctx.type_mask |= HERO_WAVELENGTH
+            f, pdf, bs, weight = bsdf.eval_pdf_sample(
+                ctx, si, si.to_local(ds.d), sampler.next_1d(), sampler.next_2d(), scatters
+            )
+            mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
+            direct = f * Le * dr.detach(mis)
+            if surfaces.see_through:
+                lit &= dr.any(direct != 0)
+                direct *= surfaces.transmittance(scene, si, ds, lit)
+            path.L[lit] = dr.fma(path.β, direct, path.L)
+
+            # ---------------------------- next ray and weight ----------------------------
+
+            ray = si.spawn_ray(si.to_world(bs.wo))
+            if dr.grad_enabled(ray):  # derivatives of the value in a direction that stays
+                ray = dr.detach(ray)
+                f, pdf = bsdf.eval_pdf(ctx, si, si.to_local(ray.d), scatters)
+                weight[pdf > 0] = f / dr.detach(pdf)
+            if surfaces.disperse:
+                parts = ~path.dispersed & ((bs.sampled_type & HERO_WAVELENGTH) != 0)
+                weight *= dr.select(parts, mi.Float(len(mi.Spectrum())), 1)
+                path.dispersed |= parts & scatters
+            passes = known = mi.Bool(False)
+            if surfaces.see_through:
+                passes = scatters & mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
+                known = passes & dr.any(T != 0)
+            if self.hide_emitters:
+                ray = dr.select(hidden, si.spawn_ray(path.ray.d), ray)
+                weight = dr.select(hidden, 1, weight)
+                passes, known = passes | hidden, known | hidden
+
+            path.ray = ray
+            path.seen |= path.active & si.is_valid() & ~passes
+            path.depth[si.is_valid() & ~passes] += 1
+            # Emitter sampling sees through surfaces, too: it stays where light last scattered.
+            path.vertex = dr.select(known, path.vertex, mi.Interaction3f(si))
+            path.pdf = dr.select(known, path.pdf, bs.pdf)
+            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+            path.delta = dr.select(known, path.delta, delta)
+            self.roulette(sampler, path, weight, dr.select(passes, 1, bs.eta), passes, goes_on)
+
+        def hidden(self, si, path):
+            """Whether rays have met emitters that are not to be seen."""
+            if not self.hide_emitters:
+                return mi.Bool(False)
+            return path.active & (path.depth == 0) & (si.shape.emitter() != None)  # noqa: E711
+
+        def add_emission(self, surfaces, scene, si, T, path):
+            """Add the light of the emitter that a ray has met."""
+            ds = mi.DirectionSample3f(scene, si, path.vertex)
+            pdf_em = scene.pdf_emitter_direction(path.vertex, ds, path.active & ~path.delta)
+            shown = mi.Bool(path.active)
+            if self.min_depth > 1:
+                shown &= path.depth + 1 >= self.min_depth
+            if self.hide_emitters:
+                shown &= path.depth > 0
+            Le = ds.emitter.eval(si, shown) * dr.detach(power_heuristic(path.pdf, pdf_em))
+            if surfaces.masked_lamps:
+                Le *= surfaces.shining(si.shape, T)
+            path.L = dr.fma(path.β, Le, path.L)
+
+        def lamp(self, surfaces, scene, sampler, si, path, lit):
+            """A sampled point of an emitter, its weight, and whether it lights the surface.
+
+            Surfaces that light crosses are left to `Surfaces.transmittance`.
+            """
+            if self.min_depth > 2:
+                lit &= path.depth + 2 >= self.min_depth
+            ds, Le = scene.sample_emitter_direction(
+                si, sampler.next_2d(), not surfaces.see_through, lit
+            )
+            lit &= ds.pdf != 0
+            if dr.grad_enabled(si.p):  # the surface moves, the sampled point stays
+                ds.d = dr.normalize(ds.p - si.p)
+                L = scene.eval_emitter_direction(si, ds, lit)
+                Le = dr.select(lit, L / dr.detach(ds.pdf), 0)
+            return ds, Le, lit
+
+        def roulette(self, sampler, path, weight, eta, passes, goes_on):
+            """Take a step's weight into the path, and end it in proportion to what is left."""
+            path.β *= weight
+            path.η *= eta
+            β_max = dr.max(path.β)
+            survival = dr.minimum(β_max * dr.square(path.η), 1)
+            # No less light may be left for ever, as between mirrors that lose nothing.
+            lossless = dr.max(weight) * dr.square(eta) >= LOSSLESS
+            patience = 1 - 2 / (mi.Float(path.depth) + PATIENCE)
+            survival = dr.detach(dr.select(lossless, dr.minimum(survival, patience), survival))
+            decides = (path.depth >= self.rr_depth) & ~passes
+            survives = sampler.next_1d() < survival
+            path.β[decides] *= dr.rcp(survival)
+            path.active = (goes_on | passes) & (~decides | survives) & (β_max != 0)
+
+        def to_string(self):
+            return (
+                f"SurfacePath[min_depth={self.min_depth}, max_depth={self.max_depth}, "
+                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}]"
+            )
+
+    return SurfacePath
