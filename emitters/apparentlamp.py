@@ -23,7 +23,7 @@ r"""Lamp that looks otherwise than it shines (``apparentlamp``)
        Default: false.
    * - ``backdrop``
      - boolean
-     - Whether `dispersivepath` takes the shape for one that is not lit where it is seen. Default:
+     - Whether ``surfacepath`` takes the shape for one that is not lit where it is seen. Default:
        false.
 
 Attached to a shape, the emitter makes it shine for the camera and for what is seen in perfect

@@ -164,6 +164,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 si = pi.compute_surface_interaction(ray, mi.RayFlags.All, active)
                 valid = si.is_valid()
                 entry = active & (kind == ENTRY)
+                met = materials.objects.at(si, active & valid)
                 scatters, crossing = mi.Bool(False), mi.Bool(False)
                 x = mi.Point3f(si.p)
 
@@ -172,7 +173,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 if dr.hint(materials.refract, mode="scalar"):
                     inside, crossing = active & (kind == INNER), active & (kind == CROSSING)
                     scatters, distance, weight = through_medium(
-                        interior, β, ray, si, sampler.next_2d(), inside, crossing
+                        interior, β, ray, si, met, sampler.next_2d(), inside, crossing
                     )
                     x = dr.select(scatters, ray(distance), x)
                     β *= weight
@@ -207,7 +208,7 @@ def define() -> type[mi.SamplingIntegrator]:
                     sampler.next_2d(),
                     active_next & (entry | scatters | (surface & smooth)),
                     scatters,
-                    materials.refract,
+                    materials,
                 )
 
                 # --------------- evaluation and sampling in one call ---------------
@@ -239,7 +240,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 previous = dr.select(same_way, previous, here)
                 depth[active_next & ~(same_way | (goes_in & refracted))] += 1
                 interior.before = dr.select(scatters, ray.d, interior.before)
-                interior.boundary = dr.select(goes_in, si.shape, interior.boundary)
+                interior.boundary = dr.select(goes_in, met, interior.boundary)
                 if goes_in:
                     inner_bsdf = materials.translucent(bsdf)
                     interior.medium = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
@@ -261,7 +262,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 diffuses &= active
                 if diffuses:
                     below = profile(interior.medium, extent)
-                    found = find_entry(scene, si, below, β, u1, u2, u3, diffuses)
+                    found = find_entry(scene, materials.objects, si, below, β, u1, u2, u3, diffuses)
                     β = β * found.weight
                     ray = found.ray
                     pi = found.pi

@@ -25,10 +25,8 @@ The estimator is that of the stock ``path`` (emitter sampling and BSDF sampling 
 power heuristic) and, without dispersion, gives the same picture from the same random numbers. At
 the first dispersive refraction of a path it drops all wavelengths but the first and multiplies the
 throughput by their number, once: see `relume.bsdfs.dispersion`. It needs a spectral variant for
-that; elsewhere it is a plain path tracer. Paths that the camera, mirrors and glass send to the
-backdrop of an ``apparentlamp`` end there: it shows what it emits and is not lit. Primal rendering
-only: to differentiate a scene use ``prb``, which treats dispersion without bias, if with more
-noise.
+that; elsewhere it is a plain path tracer. Primal rendering only: to differentiate a scene use
+``prb``, which treats dispersion without bias, if with more noise.
 
 **Source.** A. Wilkie et al., "Hero Wavelength Spectral Sampling", Computer Graphics Forum 2014,
 without its combination of techniques.
@@ -56,14 +54,6 @@ from relume.integrators.common import (
     power_heuristic,
     russian_roulette,
 )
-
-
-def backdrops_of(scene: mi.Scene) -> list[mi.ShapePtr]:
-    """The shapes of a scene that are not lit where they are seen."""
-    lights = [shape for shape in scene.shapes() if shape.is_emitter()]
-    return [
-        mi.ShapePtr(shape) for shape in lights if getattr(shape.emitter(), "backdrop", False)
-    ]
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -106,7 +96,6 @@ def define() -> type[mi.SamplingIntegrator]:
             active = mi.Bool(active)
 
             previous = PreviousVertex.camera()
-            backdrops = backdrops_of(scene)
 
             while dr.hint(active, label="Dispersive path tracer"):
                 # Embree's coherent traversal gains nothing here and loses a third under `pssmlt`.
@@ -121,14 +110,11 @@ def define() -> type[mi.SamplingIntegrator]:
                     shown &= depth + 1 >= self.min_depth
                 L = dr.fma(β, emission(scene, si, previous, shown), L)
                 active_next = active & (depth + 1 < self.max_depth) & si.is_valid()
-                unlit = mi.Bool(False)
-                for backdrop in backdrops:
-                    unlit |= previous.delta & (si.shape == backdrop)
 
                 # ------------------------- emitter sampling -------------------------
 
                 bsdf = si.bsdf()
-                active_em = active_next & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) & ~unlit
+                active_em = active_next & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
                 if dr.hint(self.min_depth > 2, mode="scalar"):
                     active_em &= depth + 2 >= self.min_depth
                 ds, em_weight = scene.sample_emitter_direction(
@@ -148,7 +134,6 @@ def define() -> type[mi.SamplingIntegrator]:
                 )
                 mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
                 L[active_em] = dr.fma(β, f * em_weight * mis, L)
-                active_next &= ~unlit | mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
 
                 # ------------------------- hero wavelength -------------------------
 

@@ -96,6 +96,7 @@ class _Files:
         self.out = out
         self.folder = out.with_name(out.stem + "_files")
         self.written: list[Path] = []
+        self.copies: dict[str, str] = {}
 
     def path(self, name: str) -> tuple[Path, str]:
         """A file of the folder, which is made; returns the path and the name for the XML."""
@@ -109,9 +110,10 @@ class _Files:
             return value
         if isinstance(value.get("mesh"), Mesh):
             rest = {k: v for k, v in value.items() if k not in ("type", "mesh")}
-            return {"type": "ply", "filename": self.mesh(value["mesh"], name)} | {
-                k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()
-            }
+            shape = {"type": "ply", "filename": self.mesh(value["mesh"], name)}
+            # Where a file has no normals Mitsuba makes smooth ones unless told not to.
+            shape |= {} if value["mesh"].normals is not None else {"face_normals": True}
+            return shape | {k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()}
         result: dict[str, Any] = {}
         for key, item in value.items():
             if isinstance(item, Picture):
@@ -135,9 +137,13 @@ class _Files:
 
     def copied(self, file: str) -> str:
         """A copy of a file that the scene names."""
-        path, shown = self.path(Path(file).name)
-        shutil.copyfile(file, path)
-        return shown
+        if file not in self.copies:
+            name = Path(file).name
+            taken = {path.name for path in self.written}
+            name = f"{len(self.copies)}_{name}" if name in taken else name
+            path, self.copies[file] = self.path(name)
+            shutil.copyfile(file, path)
+        return self.copies[file]
 
 
 def python_source(

@@ -106,6 +106,8 @@ DIFFERENCES = {
         Difference("disk-light", "9.3", "silent", "an emitting disk shines on both sides", "same"),
         Difference("lit-uvplane", "9.3", "silent",
                    "with a colour, too, a uvplane shines on both sides", "same"),
+        Difference("texture-over-map", "11.2", "`texture` before map_Kd", "`texture` before map_Kd",
+                   "same"),
         Difference("alpha", "11.4", "0 is absent", "inverted on spheres and planes", "never"),
         Difference("angular-map", "11.5", "centre is -Z, unmirrored", "centre is +Z, mirrored",
                    "switch"),

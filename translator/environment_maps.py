@@ -20,11 +20,11 @@ from relume.translator.outcomes import make_note
 from relume.translator.reflectances import Texture, used_texels
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, Picture
-from relume.translator.shapes import Hemisphere, InfinityLight
+from relume.translator.shapes import Hemisphere
 
-FAR = 50.0
-"""A dome whose radius exceeds this multiple of the scene's extent becomes an environment map: what
-is looked up by direction instead of by hit point then is off by at most 1/50 rad."""
+LEAST_ANGLE = 0.1
+"""A dome becomes an environment map if looking its picture up by direction instead of by hit point
+is off by less, from all that the camera can see [degree]."""
 
 MAP_ROWS = 1024
 """Fewest rows of a resampled environment map; larger pictures keep twice their own."""
@@ -76,7 +76,6 @@ def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, No
     Returns:
         Indices of the objects, with a note why; None for ellipsoids, which have no other way.
     """
-    sun = any(isinstance(block.shape, InfinityLight) for block in document.objects)
     found: dict[int, Note | None] = {}
     for index, block in enumerate(document.objects):
         if block.ibl_texture is None or is_spot(block) or index not in scene.balls:
@@ -86,10 +85,10 @@ def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, No
             found[index] = None
         # Mitsuba takes one environment map.
         elif not found and scene.encloses_camera(index):
-            if sun:
-                found[index] = make_note("dome-by-direction")
-            elif ball.radius > FAR * scene.inner.diameter:
-                degrees = math.degrees(scene.inner.diameter / ball.radius)
+            # From a point e off the centre, at right angles to e, it is off by asin(e / radius).
+            away = scene.farthest(ball.center, index)
+            degrees = math.degrees(math.asin(min(away / ball.radius, 1.0)))
+            if degrees < LEAST_ANGLE:
                 found[index] = make_note("dome-far", degrees=degrees)
     return found
 
@@ -177,9 +176,14 @@ def environment(latlong: np.ndarray, scale: float) -> Entry:
 
 
 def directions(height: int, width: int) -> np.ndarray:
-    """Directions (height, width, 3) at the texels of Mitsuba's environment map, Y up."""
-    v = (np.arange(height) + 0.5) / height * np.pi
-    u = (np.arange(width) + 0.5) / width * 2 * np.pi
+    """Directions (2 height, 2 width, 3) in the texels of Mitsuba's environment map, Y up.
+
+    Its rows lie from pole to pole, the first and the last one on them; its columns side by side. In
+    each texel are 2 x 2 directions; those of the poles' rows that would lie beyond, on the pole.
+    """
+    row = np.arange(2 * height) / 2 - 0.25
+    v = np.clip(row / max(height - 1, 1), 0, 1) * np.pi
+    u = (np.arange(2 * width) + 0.5) / (2 * width) * 2 * np.pi
     v, u = np.meshgrid(v, u, indexing="ij")
     return np.stack([np.sin(v) * np.sin(u), np.cos(v), -np.sin(v) * np.cos(u)], axis=-1)
 
@@ -206,7 +210,7 @@ def resample(pixels: np.ndarray, name: str, upper: bool = False) -> np.ndarray:
 def _resample(pixels: np.ndarray, formula: Formula, upper: bool = False) -> np.ndarray:
     """The mean of the nearest texels of 2 x 2 directions for each texel."""
     height = max(MAP_ROWS, 2 * pixels.shape[0])
-    n = directions(2 * height, 4 * height)
+    n = directions(height, 2 * height)
     u, v = formula(n)
     texels = nearest(pixels, u, v)
     if upper:

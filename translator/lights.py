@@ -9,6 +9,7 @@ import numpy as np
 
 from relume.translator import geometry
 from relume.translator.document import Document
+from relume.translator.giant_spheres import Ball
 from relume.translator.objects import SceneObject
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, rgb
@@ -27,6 +28,9 @@ TWO_SIDED = (Annulus, Disk, Hemisphere, Plane, MeshFile)
 """Shapes that emit on both sides. A finite plane that is a lamp emits on the side of its normal
 alone (section 9.2), and of a sphere one side is all that can be seen."""
 
+
+DOWN = (0.0, -1.0, 0.0)
+"""Direction of a spot that is told none: the manual's default."""
 
 SMALL = 0.01
 """Radius over the size of the scene below which a sphere is a small lamp."""
@@ -90,7 +94,7 @@ def shining(
         is_two_sided = True
         block.lines.remark("emission", "lit-uvplane")
     if isinstance(block.shape, Sphere):
-        inside = _encloses(block.shape, scene.matrices[index], scene.camera)
+        inside = encloses(block.shape, scene.matrices[index], scene.camera)
         outward = block.normal >= 0
         if inside == outward:
             turned = not shape.get("flip_normals", False)
@@ -135,25 +139,49 @@ def apparent_lamp(block: SceneObject, shape: UVPlane, matrix: np.ndarray) -> Ent
     }
 
 
-def _encloses(shape: Sphere, matrix: np.ndarray, point: np.ndarray) -> bool:
+def encloses(shape: Sphere, matrix: np.ndarray, point: np.ndarray) -> bool:
     """Whether the point lies inside a sphere under a matrix."""
     local = np.linalg.solve(matrix[:3, :3], point - matrix[:3, 3])
     return float(np.linalg.norm(local - np.array(shape.center))) < shape.radius
 
 
-def lamp(block: SceneObject, matrix: np.ndarray, dialect: str) -> Entry | None:
+def report_point_like(document: Document, entries: Iterable[Entry]) -> None:
+    """Report it at lamps that no ray can meet where glass would refract their light."""
+    if not any(map(refracts, entries)):
+        return
+    for block in document.objects:
+        is_beam = block.parallel_light and isinstance(block.shape, UVPlane)
+        if (isinstance(block.shape, InfinityLight) or is_beam or is_spot(block)) and any(
+            block.emission
+        ):
+            block.lines.becomes("", "no-light-through-glass")
+
+
+def refracts(entry: object) -> bool:
+    """Whether light that crosses what an entry describes changes its direction."""
+    if not isinstance(entry, dict):
+        return False
+    if entry.get("type") == "schlickglass":
+        return "dispersion" in entry or entry["int_ior"] != entry["ext_ior"]
+    return any(map(refracts, entry.values()))
+
+
+def lamp(
+    block: SceneObject, matrix: np.ndarray, dialect: str, dome: Ball | None = None
+) -> Entry | None:
     """The emitter of an object that is no surface: infinity light, parallel light or spot.
 
     Args:
         block: the object.
         matrix: its transformation, (4, 4).
         dialect: `manual` or `prender`.
+        dome: the image-based light around the camera that an infinity light has to pass, if any.
 
     Returns:
         The emitter's dictionary, None for an object that is a surface (sections 9.3 to 9.5).
     """
     if isinstance(block.shape, InfinityLight):
-        return _infinity_light(block, block.shape, matrix, dialect)
+        return _infinity_light(block, block.shape, matrix, dialect, dome)
     if block.parallel_light and isinstance(block.shape, UVPlane):
         return _parallel_beam(block, block.shape, matrix, dialect)
     if block.spot_light and isinstance(block.shape, Sphere):
@@ -167,7 +195,11 @@ def is_spot(block: SceneObject) -> bool:
 
 
 def _infinity_light(
-    block: SceneObject, shape: InfinityLight, matrix: np.ndarray, dialect: str
+    block: SceneObject,
+    shape: InfinityLight,
+    matrix: np.ndarray,
+    dialect: str,
+    dome: Ball | None,
 ) -> Entry:
     emission = np.array(block.emission)
     direction = matrix[:3, :3] @ np.array(shape.direction)
@@ -176,16 +208,17 @@ def _infinity_light(
         block.lines.remark("", "infinity-length", dialect=dialect)
     factor = length if dialect == "prender" else 1.0
     block.lines.remark("emission", "emission-units", quantity="irradiance")
-    return {
+    entry: Entry = {
         "type": "directional",
         "direction": _floats(direction / length),
         "irradiance": rgb(math.pi * factor * emission),
     }
+    if dome is None:
+        return entry
+    return entry | {"type": "domesun", "center": _floats(dome.center), "radius": float(dome.radius)}
 
 
-def _parallel_beam(
-    block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str
-) -> Entry:
+def _parallel_beam(block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str) -> Entry:
     u, v = (matrix[:3, :3] @ edge for edge in shape.edges(dialect))
     if block.parallel_light_dir is not None:
         direction = np.array(block.parallel_light_dir)
@@ -208,13 +241,18 @@ def _parallel_beam(
 def _spot(block: SceneObject, shape: Sphere, matrix: np.ndarray) -> Entry:
     w, f = block.spot_light_angle
     block.lines.remark("spot_light_angle", "spot")
+    if f > w:
+        block.lines.becomes("spot_light_angle", "spot-falloff-whole", angle=w)
+    direction = block.spot_light_dir if any(block.spot_light_dir) else DOWN
+    if direction != block.spot_light_dir:
+        block.lines.becomes("spot_light_dir", "spot-direction-missing")
     block.lines.remark("emission", "emission-units", quantity="intensity")
     return {
         "type": "falloffspot",
         "position": _floats(geometry.point(matrix, shape.center)),
-        "direction": _floats(geometry.unit(block.spot_light_dir)),
+        "direction": _floats(geometry.unit(direction)),
         "cutoff_angle": w,
-        "falloff_angle": f,
+        "falloff_angle": min(f, w),
         "falloff_exponent": block.spot_light_falloff,
         "attenuation": _floats(block.spot_attenuation),
         "intensity": rgb(math.pi * np.array(block.emission)),

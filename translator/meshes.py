@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.enclosures import INSIDE, winding_number
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
 from relume.translator.mtl import MtlError, read_mtl
@@ -76,6 +77,17 @@ class Meshes:
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
 
+    def enclose(self, path, matrix, p):
+        """Whether a mesh file under a matrix, (4, 4), winds around the point `p`, (3,)."""
+        box = self.bounds(path, matrix)
+        if box is None or np.any(p < box[0]) or np.any(p > box[1]):
+            return False
+        groups = self.read(path).groups
+        meshes = [
+            Mesh(group.vertices @ matrix[:3, :3].T + matrix[:3, 3], group.faces) for group in groups
+        ]
+        return abs(winding_number(meshes, p)) > INSIDE
+
     def parts(self, block, path, matrix):
         """The parts of a mesh object.
 
@@ -133,7 +145,8 @@ class Meshes:
                 block.lines.remark("", "flat-vn")
                 group, smoothed = tilted, True
             entry = mesh(obj, group, matrix, smoothed, block.normal < 0, tint)
-            opacity = None if material is None or material.map_kd else material.opacity
+            pictured = block.texture is not None or (material is not None and material.map_kd)
+            opacity = None if material is None or pictured else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
             bump = self.bump(material, block, find)
             result.append(Part(name, entry, described, tint, opacity, bump))
@@ -223,6 +236,13 @@ def reflecting(kind, material):
 
 def reflectances(block, material, find, spectral, colored=False, object_color=None):
     """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12)."""
+    if block.texture is not None:
+        if material is not None and material.map_kd is not None:
+            block.lines.remark("texture", "texture-over-map")
+        picture = load_texture(
+            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
+        )
+        return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:
         file = material.map_kd.file
         path = find(file)
@@ -242,9 +262,6 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
             spectral=spectral,
         )
         return Reflectances(times(picture, object_color), block.specular)
-    if block.texture is not None:
-        picture = load_texture(find(block.texture), flip=False, spectral=spectral)
-        return Reflectances(picture, block.specular)
     if colored and (material is None or material.color is None):
         return Reflectances(VertexColor(), block.specular)
     return Reflectances(block.color, block.specular)

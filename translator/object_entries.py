@@ -13,6 +13,8 @@ from relume.translator.assets import Find
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
+from relume.translator.enclosures import INSIDE, Enclosure, diameter, winding_number
+from relume.translator.giant_spheres import Ball
 from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances, plain_reflectances
 from relume.translator.media import HomogeneousMedium
@@ -62,6 +64,19 @@ class PlacedScene:
     obstacle_to_dipole: str | None
 
     @property
+    def dome(self) -> Ball | None:
+        """The innermost dome around the camera that stays a shape, or None."""
+        around = [
+            ball
+            for index, block in enumerate(self.document.objects)
+            if block.ibl_texture is not None
+            and index not in self.domes_by_direction
+            and self.geometry.encloses_camera(index)
+            and (ball := self.geometry.balls[index]) is not None
+        ]
+        return min(around, key=lambda ball: ball.radius, default=None)
+
+    @property
     def shapes(self) -> ShapeBuilder:
         """Makes the shapes of the objects."""
         return ShapeBuilder(self.geometry, self.dialect)
@@ -75,11 +90,13 @@ class Contents:
         entries: dictionaries of shapes and emitters, by their keys in the scene's dictionary.
         media: the media inside them.
         dipole: whether the dipole renders any of them.
+        enclosures: those that the camera is in.
     """
 
     entries: dict[str, Entry] = field(default_factory=dict)
     media: tuple[HomogeneousMedium, ...] = ()
     dipole: bool = False
+    enclosures: tuple[Enclosure, ...] = ()
 
     @staticmethod
     def of_all(parts: Iterable[Contents]) -> Contents:
@@ -89,6 +106,7 @@ class Contents:
             {name: entry for part in parts for name, entry in part.entries.items()},
             tuple(medium for part in parts for medium in part.media),
             any(part.dipole for part in parts),
+            tuple(enclosure for part in parts for enclosure in part.enclosures),
         )
 
 
@@ -119,7 +137,8 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         ImageError: a picture cannot be read.
     """
     name = f"object_{block.lines.line()}"
-    if (lamp := lights.lamp(block, scene.geometry.matrices[index], scene.dialect)) is not None:
+    matrix = scene.geometry.matrices[index]
+    if (lamp := lights.lamp(block, matrix, scene.dialect, scene.dome)) is not None:
         if not isinstance(block.shape, InfinityLight):
             block.lines.becomes("", "lamp-not-shown")
         return Contents({f"{name}_light": lamp})
@@ -145,7 +164,13 @@ def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -
     parts = scene.meshes.parts(block, path, scene.geometry.matrices[index])
     bounds = [part.entry["mesh"] for part in parts if part.block.reflection.subsurface]
     media.report_open_meshes(block, bounds)
-    return Contents.of_all(mesh_part(scene, name + part.name, index, part) for part in parts)
+    found = Contents.of_all(mesh_part(scene, name + part.name, index, part) for part in parts)
+    meshes = [p.entry["mesh"] for p in parts if p.block.reflection.lets_pass and "mesh" in p.entry]
+    if not meshes or winding_number(meshes, scene.geometry.camera) < INSIDE:
+        return found
+    # A mesh has one inside, whichever of its parts tells what fills it.
+    inside = Enclosure(diameter(meshes), next(iter(found.media), None))
+    return replace(found, enclosures=(inside,))
 
 
 def mesh_part(scene: PlacedScene, name: str, index: int, part: Part) -> Contents:
@@ -200,14 +225,15 @@ def cut_out_disk(scene: PlacedScene, name: str, index: int, block: SceneObject) 
     shape["mesh"] = replace(mesh, uv=mesh.uv[:, ::-1] + 0.5)
     picture = cut_out(scene.find(block.disk_picture), scene.spectral)
     assert picture.alpha is not None
-    opacity = picture.alpha[..., None]
+    # Lamps shine as far as their mask is opaque; that of what is cut off must not.
+    shown = (picture.alpha > 0)[..., None].astype(np.float32)
     block.lines.remark("disk_map", "disk-map")
     bsdf = {"type": "mask", "opacity": picture.opacity(), "bsdf": environment_maps.BLACK}
     if block.ibl_texture is not None:
-        shining = replace(picture, rgb=picture.rgb * opacity * np.float32(block.ibl_texture_coef))
+        shining = replace(picture, rgb=picture.rgb * shown * np.float32(block.ibl_texture_coef))
     else:
         block.lines.becomes("color", "disk-map-shines")
-        shining = replace(picture, rgb=opacity * np.array(block.emission, np.float32))
+        shining = replace(picture, rgb=shown * np.array(block.emission, np.float32))
     if not shining.rgb.any():
         return shape | {"bsdf": bsdf}
     emitter = lights.two_sided(name, environment_maps.radiance(shining))
@@ -291,6 +317,7 @@ def interior(scene: PlacedScene, index: int, part: Part) -> Interior:
         block.lines.remark("subsurface", "sss-dipole", dialect=scene.dialect)
         if scene.obstacle_to_dipole is None:
             bsdf = media.dipole(block, reflectances, medium, eta, scene.dialect)
+            bsdf["object"] = f"object_{block.lines.line()}"
             return Interior(bsdf, dipole=True)
         block.lines.becomes("subsurface", scene.obstacle_to_dipole)
     block.lines.remark("subsurface", "sss-simulation")
@@ -342,13 +369,35 @@ def surface(scene: PlacedScene, name: str, index: int, part: Part) -> Contents:
     elif any(scene.document.ambient):
         shape["emitter"] = lights.ambient(name, scene.document)
     found: Sequence[HomogeneousMedium] = () if inside.medium is None else (inside.medium,)
-    return Contents({name: shape}, tuple(found), inside.dipole)
+    around = camera_enclosures(scene, index, block, inside.medium)
+    return Contents({name: shape}, tuple(found), inside.dipole, around)
+
+
+def camera_enclosures(
+    scene: PlacedScene, index: int, block: SceneObject, medium: HomogeneousMedium | None
+) -> tuple[Enclosure, ...]:
+    """The object that is no mesh, with the medium in it, if light crosses it and the camera is in.
+
+    The half space behind a plane counts as larger than all else.
+    """
+    shape, matrix = block.shape, scene.geometry.matrices[index]
+    if not block.reflection.lets_pass:
+        return ()
+    if isinstance(shape, Plane):
+        n = geometry.normal(matrix, shape.normal) * (-1 if block.normal < 0 else 1)
+        behind = (scene.geometry.camera - geometry.point(matrix, shape.point)) @ n < 0
+        return (Enclosure(np.inf, medium),) if behind else ()
+    is_ball = isinstance(shape, Sphere) and block.normal >= 0
+    if is_ball and lights.encloses(shape, matrix, scene.geometry.camera):
+        size = 2 * shape.radius * abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3)
+        return (Enclosure(float(size), medium),)
+    return ()
 
 
 def seen_unlit(scene: PlacedScene, part: Part, shape: Entry) -> Entry:
     """A shape that the camera sees in its unlit colour; for other surfaces it is an ordinary one.
 
-    Only `dispersivepath` tells the two apart. Where a medium needs another integrator, the shape is
+    Only `surfacepath` tells the two apart. Where a medium needs another integrator, the shape is
     black to other surfaces.
     """
     block, color = part.block, part.reflectances.color
@@ -359,8 +408,7 @@ def seen_unlit(scene: PlacedScene, part: Part, shape: Entry) -> Entry:
         black = environment_maps.BLACK
         bsdf = bsdf | {"bsdf": black} if bsdf["type"] == "mask" else black
     if isinstance(color, Texture):
-        opaque = 1 if color.alpha is None else color.alpha[..., None]
-        radiance = environment_maps.radiance(replace(color, rgb=color.rgb * opaque))
+        radiance = environment_maps.radiance(color)
     else:
         assert isinstance(color, tuple)  # only meshes have vertex colours
         radiance = rgb(color)

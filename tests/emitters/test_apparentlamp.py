@@ -45,7 +45,7 @@ DIFFUSE = {"type": "diffuse", "reflectance": RHO}
 
 
 @pytest.mark.false_alarms(1e-3)
-@pytest.mark.parametrize("integrator", ["path", "volpath", "dispersivepath"])
+@pytest.mark.parametrize("integrator", ["path", "volpath", "surfacepath"])
 def test_lit_by_the_parallelogram(integrator, measure, agrees, spot_meter):
     """The floor below has rho L F of the small square, though the large one stands there."""
     meter = spot_meter((3.0, 0.0, 1.0), (0.0, 0.0, 0.0))
@@ -96,7 +96,7 @@ def test_particles_leave_the_parallelogram(spot_meter):
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("mirror", [False, True])
 def test_backdrop(mirror, measure, agrees, spot_meter):
-    """With `dispersivepath` a backdrop shows what it emits, and is not lit, where the camera or a
+    """With `surfacepath` a backdrop shows what it emits, and is not lit, where the camera or a
     mirror sees it; other surfaces get what it reflects: here 0.5 of a sky of 2, halved again."""
     sky = {"type": "constant", "radiance": 2.0}
     wall = {
@@ -111,17 +111,17 @@ def test_backdrop(mirror, measure, agrees, spot_meter):
         glass = {"type": "sphere", "center": [4.0, 0.0, 1.5], "radius": 0.5,
                  "bsdf": {"type": "conductor"}}  # fmt: skip
         meter = spot_meter(eye, (3.5, 0.0, 1.5))
-        seen = measure(scene(wall, meter, None, "dispersivepath", sky=sky, ball=glass), spp=16)
+        seen = measure(scene(wall, meter, None, "surfacepath", sky=sky, ball=glass), spp=16)
     else:
         meter = spot_meter(eye, (0.0, 0.0, 1.5))
-        seen = measure(scene(wall, meter, None, "dispersivepath", sky=sky), spp=16)
+        seen = measure(scene(wall, meter, None, "surfacepath", sky=sky), spp=16)
     assert np.allclose(seen.mean, 0.1, rtol=1e-5)
     # A plate that faces the wall: all that it sees is the wall, lit by half of its own sky.
     plate = {"type": "disk", "bsdf": DIFFUSE,
              "to_world": mi.ScalarTransform4f().look_at([1, 0, 1], [0, 0, 1], [0, 0, 1])
              @ mi.ScalarTransform4f().scale(1e-2)}  # fmt: skip
     meter = spot_meter((0.9, 0.0, 1.0), (1.0, 0.0, 1.0))
-    lit = measure(scene(wall, meter, None, "dispersivepath", sky=sky, plate=plate), spp=512)
+    lit = measure(scene(wall, meter, None, "surfacepath", sky=sky, plate=plate), spp=512)
     agrees(lit, RHO * RHO * 2.0)
 
 

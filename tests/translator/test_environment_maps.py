@@ -200,14 +200,42 @@ def outcome(translated, write_picture, monkeypatch):
 
 
 def test_far_domes_become_maps(outcome):
-    """Beyond 50 times the extent of the scene; the deviation is told in degrees and below 1/50."""
-    kinds, report = outcome(dome("panoramic_map", 100))
-    assert kinds == ["ibldome"]
-    assert "ibl-lookup" in report.note
-    kinds, report = outcome(dome("panoramic_map", 10000))
+    """Where looking up by direction is off by less than 0.1 degree, which is told.
+
+    From a point at the distance e of the centre of the dome of radius R it is off by asin(e / R):
+    the far corner of the ball's box, (1, 5, 1), has e = 5.2.
+    """
+    for radius in (100, 2900):
+        kinds, report = outcome(dome("panoramic_map", radius))
+        assert kinds == ["ibldome"]
+        assert "ibl-lookup" in report.note
+    kinds, report = outcome(dome("panoramic_map", 3000))
     assert (kinds, report.outcome) == (["envmap"], "translated")
-    # extent: from the camera at 0 to the far corner of the ball's box, (2, 5, 2), that is 5.74
-    assert "at most 0.033 degrees off" in report.note
+    assert "at most 0.099 degrees off" in report.note
+
+
+@pytest.mark.parametrize("center", ["0 -800 0", "300 0 -741"])
+def test_domes_off_their_centre_stay(outcome, center):
+    """What counts is the distance from the dome's centre, not the size of the scene."""
+    text = dome("panoramic_map", 16005)
+    assert outcome(text)[0] == ["envmap"]
+    assert outcome(text.replace("sphere 0 0 0 16005", f"sphere {center} 16005"))[0] == ["ibldome"]
+
+
+def test_domes_over_infinite_planes_stay(outcome):
+    """The plane reaches the dome: what it reflects there is far off."""
+    floor = "OBJECT\nplane 0 -3 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+    assert outcome(floor + dome("panoramic_map", 16005))[0] == ["ibldome"]
+
+
+def test_meshes_count_where_a_hemisphere_is_the_dome(outcome, tmp_path):
+    """A far corner of a mesh is as far from the dome's centre as that of a ball."""
+    (tmp_path / "far.obj").write_text("v 0 0 0\nv 40 0 0\nv 0 0 40\nf 1 2 3\n")
+    mesh = "OBJECT\nobjfile far.obj\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+    text = dome("panoramic_map", 16005).replace("sphere 0 0 0 16005", "hemisphere 0 0 0 16005")
+    text = text.replace(BALL, "\n")
+    assert outcome(text)[0] == ["envmap"]
+    assert outcome(mesh + text)[0] == ["ibldome"]
 
 
 def test_domes_elsewhere_stay(outcome):
