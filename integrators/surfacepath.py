@@ -37,8 +37,8 @@ takes over. A scene without such surfaces does not pay for them.
 **A lamp with a mask** shines as far as it is there: its radiance is multiplied by the opacity. In
 stock integrators it shines fully.
 
-**A backdrop** (``apparentlamp``) shows what it emits where the sensor sees it, straight or by way of
-mirrors and glass, and is not lit there.
+**A backdrop** (``apparentlamp``) shows what it emits where the sensor sees it, straight or by way
+of mirrors and glass, and is not lit there.
 
 **Dispersion.** At the first dispersive refraction of a path all wavelengths but the first are
 dropped and the throughput is multiplied by their number (`relume.bsdfs.dispersion`), in spectral

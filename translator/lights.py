@@ -119,6 +119,22 @@ def shining(
     return shape | {"emitter": {"type": "area", "radiance": rgb(radiance)}}
 
 
+def beam_shown(block: SceneObject, shape: Entry, document: Document) -> Entry:
+    """The dictionary of the rectangle of a parallel light, which dialect `prender` shows.
+
+    It hides what is behind it, and without next event estimation it is an area lamp, too (row
+    parallel-lamp).
+
+    Args:
+        block: the object.
+        shape: the rectangle's dictionary.
+        document: the document.
+    """
+    kind = "apparentlamp" if document.next_event_estimation else "area"
+    black: Entry = {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}}
+    return shape | {"bsdf": black, "emitter": {"type": kind, "radiance": rgb(block.emission)}}
+
+
 def skew(shape: UVPlane) -> bool:
     """Whether the edges of a parallelogram are not orthogonal."""
     u, v = np.array(shape.u), np.array(shape.v)

@@ -240,7 +240,7 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
         if material is not None and material.map_kd is not None:
             block.lines.remark("texture", "texture-over-map")
         picture = load_texture(
-            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
+            find(block.texture), flip=False, spectral=spectral
         )
         return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:

@@ -139,9 +139,15 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
     name = f"object_{block.lines.line()}"
     matrix = scene.geometry.matrices[index]
     if (lamp := lights.lamp(block, matrix, scene.dialect, scene.dome)) is not None:
-        if not isinstance(block.shape, InfinityLight):
+        contents = {f"{name}_light": lamp}
+        if isinstance(block.shape, UVPlane) and scene.dialect == "prender":
+            block.lines.remark("", "parallel-lamp", dialect=scene.dialect)
+            contents[name] = lights.beam_shown(
+                block, scene.shapes.shape(index, block), scene.document
+            )
+        elif not isinstance(block.shape, InfinityLight):
             block.lines.becomes("", "lamp-not-shown")
-        return Contents({f"{name}_light": lamp})
+        return Contents(contents)
     if isinstance(block.shape, MeshFile):
         return mesh_object(scene, name, index, block)
     if isinstance(block.shape, Disk | Annulus) and block.disk_map and block.disk_picture:

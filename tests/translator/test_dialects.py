@@ -130,6 +130,21 @@ def test_dispersion_rgb():
     assert (program.plan.variant, program.plan.integrator) == ("llvm_ad_rgb", "path")
 
 
+def test_parallel_lamp():
+    """A beam alone, or with its rectangle: seen in squared lengths, without light of its own under
+    next event estimation, an area lamp else."""
+    beam = "OBJECT\nuvplane 0 2 0\nU 2 0 0\nV 0 0 1\nemission 1 2 3\nparallel_light 1\n"
+    for head, kind in (("", "area"), ("nextEventEstimation\n1\n", "apparentlamp")):
+        manual, program = both(OFF + head + beam)
+        name = "object_5" if head else "object_3"
+        assert manual.scene[f"{name}_light"]["type"] == "parallelbeam"
+        assert name not in manual.scene and "is not shown" in notes(manual)
+        assert program.scene[f"{name}_light"]["type"] == "parallelbeam"
+        assert program.scene[name]["emitter"]["type"] == kind
+        assert program.scene[name]["emitter"]["radiance"]["value"] == [1, 2, 3]
+        assert "parallel-lamp" in notes(program)
+
+
 def test_infinity_length():
     """A direction, or a brightness that follows the vector's length."""
     manual, program = both(OFF + "OBJECT\ninfinity_light 0 -2 0\nemission 1 2 3\n")
@@ -195,7 +210,7 @@ UNSWITCHED = {
     "glass-colour": BALL + "color 0.5 0.6 0.7\nreflection reflection\nrefractive_index 1.3\n",
     "no-reflection-line": BALL + "color 0.5 0.6 0.7\n",
     "roughness": BALL + "color 0.5 0.6 0.7\nreflection diffuse\nroughness 0.25\n",
-    "emission-units": "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\nemission 1 1 1\nparallel_light 1\n",
+    "emission-units": "OBJECT\ninfinity_light 0 -1 0\nemission 1 1 1\n",
     "spot": BALL + "emission 1 1 1\nspot_light 1\nspot_light_angle 30 10\n",
     "several-lights": (BALL + "emission 1 1 1\n\n") * 2,
     "erpt": "energyRedistributionPathTracing\n1\n",
