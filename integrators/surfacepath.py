@@ -176,7 +176,7 @@ def define() -> type[mi.SamplingIntegrator]:
             meets = path.active & si.is_valid() & ~hidden
             goes_on = meets & (path.depth + 1 < self.max_depth)
             goes_on &= ~surfaces.unlit(si.shape, path.delta)
-            scatters = goes_on
+            scatters = mi.Bool(goes_on)  # a copy
             if surfaces.see_through:  # so may the end of the longest path be
                 scatters |= meets & mi.has_flag(flags, mi.BSDFFlags.Null)
 

@@ -1,6 +1,6 @@
 """Pictures of the original program, one feature each, against ours: docs/peer.md.
 
-    python -m studies peer REFERENCES [SCENE ...]
+    python -m studies peer REFERENCES [--scenes NAME ...]
 
 REFERENCES holds scenes/NAME.txt with what they need, pictures/NAME.npy, linear, and table.tsv with
 the samples of a pixel and how an earlier version stood to them. Ours are rendered in dialect
@@ -23,6 +23,7 @@ import numpy as np
 from relume.session import CannotRender
 from relume.translator.diagnostics import SceneError
 from studies import DOCS, peer_pictures
+from studies.peer_page import page, verdict
 
 FIGURES = DOCS / "peer.json"
 SEED = 15
@@ -45,7 +46,7 @@ def measured(folder: Path, row: dict[str, str]) -> dict[str, Any]:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the study."""
     parser.add_argument("references", type=Path)
-    parser.add_argument("scenes", nargs="*", help="names of scenes; default: all")
+    parser.add_argument("--scenes", nargs="*", help="names of scenes; default: all")
     parser.add_argument("--figures", type=Path, default=FIGURES, help="file of the figures")
 
 
@@ -63,4 +64,6 @@ def run(given: argparse.Namespace) -> int:
         print(f"{time.perf_counter() - start:5.1f}", json.dumps(found), row["verdict"], flush=True)
         rows = [known[name] for name in sorted(known)]
         given.figures.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n", "utf-8")
-    return int(any(figures["faults"] for figures in known.values()))
+    rows = [known[name] for name in sorted(known)]
+    given.figures.with_suffix(".md").write_text(page(rows), "utf-8")
+    return int(any("DISAGREE" in verdict(figures) for figures in rows))

@@ -24,11 +24,11 @@ MOST_SAMPLES = 2**20
 MEAN = 0.01
 """Difference of the means of a channel, relative, that passes."""
 
-BLOCK, IN_BLOCK, FLOOR = 8, 0.03, 0.05
+BLOCK, IN_BLOCK, FLOOR = 8, 0.03, 0.1
 """Side of a block [pixel]; difference of its mean that passes, relative to it and to `FLOOR` of the
 picture's mean."""
 
-AT_EDGES = 0.125
+AT_EDGES = 0.15
 """What of the difference between neighbours passes in a block."""
 
 SIGMAS, DARK = 5.0, 1e-5

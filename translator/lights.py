@@ -29,6 +29,9 @@ TWO_SIDED = (Annulus, Disk, Hemisphere, Plane, MeshFile)
 alone (section 9.2), and of a sphere one side is all that can be seen."""
 
 
+SEEN_ONLY: Entry = {"type": "apparentlamp", "sampling_weight": 1e-3}
+"""An emitter that lights nothing, but is seen; a weight of 0 would have it light others, too."""
+
 DOWN = (0.0, -1.0, 0.0)
 """Direction of a spot that is told none: the manual's default."""
 
@@ -53,9 +56,7 @@ def backdrop(radiance: Entry) -> Entry:
     Args:
         radiance: spectrum or texture.
     """
-    seen: Entry = {"type": "apparentlamp", "two_sided": True, "backdrop": True}
-    # Light is never looked for on it; a weight of 0 would have it light others, too.
-    return seen | {"radiance": radiance, "sampling_weight": 1e-3}
+    return SEEN_ONLY | {"two_sided": True, "backdrop": True, "radiance": radiance}
 
 
 def ambient(name: str, document: Document) -> Entry:
@@ -130,9 +131,9 @@ def beam_shown(block: SceneObject, shape: Entry, document: Document) -> Entry:
         shape: the rectangle's dictionary.
         document: the document.
     """
-    kind = "apparentlamp" if document.next_event_estimation else "area"
+    emitter = SEEN_ONLY if document.next_event_estimation else {"type": "area"}
     black: Entry = {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}}
-    return shape | {"bsdf": black, "emitter": {"type": kind, "radiance": rgb(block.emission)}}
+    return shape | {"bsdf": black, "emitter": emitter | {"radiance": rgb(block.emission)}}
 
 
 def skew(shape: UVPlane) -> bool:

@@ -61,6 +61,7 @@ DOCUMENT_ROWS: tuple[Row, ...] = (
     ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "relativity"),
     ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "relativity"),
     ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "relativity"),
+    ("camera_matrix", lambda d: bends_view(d), "camera-matrix-order"),
     ("next_event_estimation", lambda d: has_ward(d), "ward-nee"),
     ("participating_media", lambda d: d.participating_media and shows_sky(d), "fog-sky"),
     ("next_event_estimation", always, "lights-always-sampled"),
@@ -74,6 +75,12 @@ def several_lamps(document: Document) -> bool:
     """Whether explicit light comes from more than one lamp."""
     lamps = [b for b in document.objects if any(b.emission) and not any(b.color)]
     return document.next_event_estimation and len(lamps) > 1
+
+
+def bends_view(document: Document) -> bool:
+    """Whether the program would bend the direction of view: by translations before others."""
+    kinds = [t.kind for t in document.camera_matrix if t.kind in ("rotation", "translate")]
+    return "translate" in kinds[:-1]
 
 
 def has_ward(document: Document) -> bool:
@@ -140,6 +147,8 @@ OBJECT_ROWS: tuple[Row, ...] = (
     ("disk_map", lambda b: b.disk_map and is_disk(b) and not b.disk_picture, "no-texture"),
     ("background", lambda b: b.background and not b.is_backdrop, "background-not-plane"),
     ("", is_scaled_round, "sphere-radius-scale"),
+    ("", lambda b: isinstance(b.shape, Hemisphere) and b.ibl_texture is None,
+     "hemisphere-inside"),
     ("", lambda b: isinstance(b.shape, InfinityLight) and not is_unit(b.shape.direction),
      "infinity-shadow"),
     ("ibl_texture",

@@ -25,7 +25,10 @@ REPORTING = {"becomes", "remark", "whole_becomes", "report", "described", "make_
 TABLES = (*DOCUMENT_ROWS, *OBJECT_ROWS)
 """Rows of fields, conditions and codes."""
 
-NEVER_NOTED = {"alpha", "glass-colour", "screen", "sss-base"}
+NEVER_NOTED = {
+    "alpha", "emission-units-glossy", "glass-colour", "polygon-corners", "screen", "sss-base",
+    "sss-energy",
+}  # fmt: skip
 """Rows of the dialects that no line's note names, or another code's."""
 
 
