@@ -1,4 +1,4 @@
-"""Defects of the program that no dialect copies, and the scenes of `studies peer` that show them."""
+"""Defects of the program that no dialect copies, and the scenes that show them."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ BLOCK, IN_BLOCK, FLOOR = 8, 0.03, 0.1
 """Side of a block [pixel]; difference of its mean that passes, relative to it and to `FLOOR` of the
 picture's mean."""
 
-AT_EDGES = 0.15
+AT_EDGES = 0.2
 """What of the difference between neighbours passes in a block."""
 
 SIGMAS, DARK = 5.0, 1e-5
