@@ -260,19 +260,19 @@ def test_a_map_of_an_ellipsoid(load, pixels):
     compare(scene, pixels, n * [2.5, 7.5, 2.5], -n * [1, 3, 1], *MAPS["panoramic"](n))
 
 
-@pytest.mark.parametrize("mtl", [False, True])
-def test_repeat_on_meshes(load, pixels, tmp_path, mtl):
+@pytest.mark.parametrize(("mtl", "repeat"), [(None, 1), ("", 1), ("#REPEAT 3\n", 3)])
+def test_repeat_on_meshes(load, pixels, tmp_path, mtl, repeat):
     """An object's `repeat` has no effect on a mesh; `#REPEAT` of a material has."""
     text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-    head = "mtllib m.mtl\nusemtl paint\n" if mtl else ""
-    (tmp_path / "m.mtl").write_text("newmtl paint\nmap_Kd random.png\n#REPEAT 3\n")
+    head = "" if mtl is None else "mtllib m.mtl\nusemtl paint\n"
+    (tmp_path / "m.mtl").write_text(f"newmtl paint\nmap_Kd random.png\n{mtl}")
     (tmp_path / "quad.obj").write_text(f"{head}{text}f 1/1 2/2 3/3 4/4\n")
-    lines = "color 1 1 1\nreflection diffuse\n" if mtl else TEXTURE
+    lines = TEXTURE if mtl is None else "color 1 1 1\nreflection diffuse\n"
     scene = load(f"OBJECT\nobjfile quad.obj\n{lines}repeat 2\n")
     s, t = np.random.default_rng(12).random((2, 2000))
     points = np.stack([2 * s, 2 * t, np.ones(2000)], axis=1)
     down = np.tile([0.0, 0, -1], (2000, 1))
-    compare(scene, pixels, points, down, s, t, 3 if mtl else 1)
+    compare(scene, pixels, points, down, s, t, repeat)
 
 
 @pytest.mark.parametrize("shape", ["disk 0 0 0 2", "disk2 0 0 0 2 0.5"])
