@@ -366,7 +366,8 @@ def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:
         bump = scene.find(block.bump_texture)
     if bump is not None:
         flip = not isinstance(block.shape, MeshFile)
-        bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip)
+        tiles = picture_tiles(scene, "bump_texture", block)
+        bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip, tiles=tiles)
         if flip:
             block.lines.becomes("bump_texture", "bump-shapes")
         else:

@@ -53,6 +53,17 @@ def test_lit_by_the_parallelogram(integrator, measure, agrees, spot_meter):
     agrees(measured, RHO * L * square_factor(1.0))
 
 
+def test_dark_behind_the_parallelogram(spot_meter):
+    """Nothing above it is lit, as nothing below it is but by L cos cos' A / r²."""
+    emitter = scene(lamp(), spot_meter((3.0, 0.0, 1.0), (0.0, 0.0, 0.0))).emitters()[0]
+    for z, value in ((HEIGHT + 1, 0.0), (HEIGHT - 1, 4 * L)):
+        it = dr.zeros(mi.Interaction3f)
+        it.p = mi.Point3f(0, 0, z)
+        ds, weight = emitter.sample_direction(it, mi.Point2f(0.5))
+        assert np.allclose(np.array(weight), value)
+        assert np.allclose(np.array(emitter.eval_direction(it, ds)), value)
+
+
 @pytest.mark.parametrize("target", [(0.0, 0.0, HEIGHT), (3.9, 3.9, HEIGHT)])
 def test_seen_by_the_camera(target, spot_meter):
     """L wherever the shape is seen from its normal's side, black from behind."""
