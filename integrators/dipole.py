@@ -90,6 +90,7 @@ from relume.integrators.common import (
 )
 from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.integrators.probing import find_entry
+from relume.integrators.seethrough import Surfaces
 from relume.integrators.translucentmaterials import TranslucentMaterials, medium_of
 from relume.integrators.vertices import (
     Interior,
@@ -144,6 +145,7 @@ def define() -> type[mi.SamplingIntegrator]:
         @dr.syntax
         def trace(self, scene, sampler, ray, active, materials):
             profile = PROFILES[self.profile]
+            surfaces = Surfaces(scene)
             extent = mi.Float(2 * scene.bbox().bounding_sphere().radius)
             dr.make_opaque(extent)
             ctx = mi.BSDFContext()
@@ -188,7 +190,12 @@ def define() -> type[mi.SamplingIntegrator]:
                 if dr.hint(self.hide_emitters, mode="scalar"):
                     active &= (depth > 0) | valid | (kind != SURFACE)
                     surface &= active
-                L = dr.fma(β, emission(scene, si, previous, surface), L)
+                Le = emission(scene, si, previous, surface)
+                T = mi.Spectrum(0)
+                if dr.hint(surfaces.see_through, mode="scalar"):
+                    T = si.bsdf(ray).eval_null_transmission(si, surface)
+                    Le *= surfaces.shining(si.shape, T)
+                L = dr.fma(β, Le, L)
                 active_next = active & (depth + 1 < self.max_depth) & (valid | scatters)
 
                 # ------------------------- emitter sampling -------------------------
@@ -209,6 +216,7 @@ def define() -> type[mi.SamplingIntegrator]:
                     active_next & (entry | scatters | (surface & smooth)),
                     scatters,
                     materials,
+                    surfaces,
                 )
 
                 # --------------- evaluation and sampling in one call ---------------
@@ -234,7 +242,10 @@ def define() -> type[mi.SamplingIntegrator]:
                 diffuses = goes_in & mi.has_flag(chosen, mi.BSDFFlags.DiffuseReflection)
                 refracted = mi.has_flag(chosen, mi.BSDFFlags.DeltaTransmission)
                 seen |= active_next & ~mi.has_flag(chosen, mi.BSDFFlags.Null)
-                same_way = crossing | diffuses
+                # Emitter sampling sees through surfaces, too: it stays where light last scattered.
+                passes = active_next & surface & mi.has_flag(chosen, mi.BSDFFlags.Null)
+                passes &= dr.any(T != 0)
+                same_way = crossing | diffuses | passes
                 delta = mi.has_flag(chosen, mi.BSDFFlags.Delta)
                 here = PreviousVertex(mi.Interaction3f(from_x), vertex.pdf_w, delta)
                 previous = dr.select(same_way, previous, here)

@@ -13,6 +13,7 @@ import mitsuba as mi
 
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import ExitPoint, Standard
+from relume.integrators.seethrough import Surfaces
 from relume.integrators.singlescattering import (
     leave_straight,
     no_medium,
@@ -231,6 +232,7 @@ def sample_emitter(
     active: mi.Bool,
     scatters: mi.Bool,
     materials: TranslucentMaterials,
+    surfaces: Surfaces,
 ) -> EmitterSample:
     """Draw a point of an emitter and look whether it is seen.
 
@@ -243,6 +245,7 @@ def sample_emitter(
         active: lanes.
         scatters: lanes inside a medium.
         materials: the translucent ones; whether they refract says whether there can be any.
+        surfaces: those that light crosses straight on.
 
     Returns:
         `EmitterSample`.
@@ -250,7 +253,8 @@ def sample_emitter(
     ds, weight = scene.sample_emitter_direction(vertex, sample, False, active)
     active = active & (ds.pdf != 0)
     shadow = vertex.spawn_ray_to(ds.p)
-    arrives = mi.Spectrum(0)
+    arrives, inside = mi.Spectrum(0), mi.Bool(False)
+    left = dr.zeros(mi.SurfaceInteraction3f)
     if dr.hint(materials.refract, mode="scalar"):
         inside = active & scatters
         if inside:
@@ -259,6 +263,13 @@ def sample_emitter(
             inside &= si.is_valid() & materials.objects.at(si, inside).is_same(interior.boundary)
             arrives = dr.select(inside, arrives, 0)
             shadow = dr.select(inside, si.spawn_ray_to(ds.p), shadow)
+            left = si
         active &= ~scatters | dr.any(arrives > 0)
-    active &= ~scene.ray_test(shadow, active)
+    if dr.hint(surfaces.see_through, mode="scalar"):
+        start = mi.SurfaceInteraction3f(vertex)
+        if dr.hint(materials.refract, mode="scalar"):
+            start = dr.select(inside, left, start)
+        weight = weight * surfaces.transmittance(scene, start, ds, active)
+    else:
+        active &= ~scene.ray_test(shadow, active)
     return EmitterSample(ds, weight, arrives, active)

@@ -12,7 +12,7 @@ from relume.translator.document import Document
 from relume.translator.giant_spheres import Ball
 from relume.translator.objects import SceneObject
 from relume.translator.scene_geometry import SceneGeometry
-from relume.translator.scene_values import Entry, rgb
+from relume.translator.scene_values import Entry, Picture, rgb
 from relume.translator.shapes import (
     Annulus,
     Disk,
@@ -172,6 +172,30 @@ def report_point_like(document: Document, entries: Iterable[Entry]) -> None:
             block.emission
         ):
             block.lines.becomes("", "no-light-through-glass")
+
+
+def dimmed(shape: Entry, spectral: bool) -> Entry:
+    """A shape that shines only where it is, for integrators that do not know of its opacity.
+
+    Args:
+        shape: dictionary of a shape, whose BSDF may be a mask.
+        spectral: whether the scene is rendered by wavelength.
+    """
+    mask, emitter = shape.get("bsdf", {}), shape.get("emitter", {})
+    radiance = emitter.get("radiance", {})
+    if mask.get("type") != "mask" or radiance.get("type") != "rgb":
+        return shape
+    opacity, rgb_value = mask["opacity"], np.array(radiance["value"])
+    if not isinstance(opacity, dict):
+        return shape | {"emitter": emitter | {"radiance": rgb(opacity * rgb_value)}}
+    pixels = np.asarray(opacity["picture"].pixels, np.float32) * rgb_value.astype(np.float32)
+    texture = opacity | {"picture": Picture(pixels), "raw": not spectral}
+    if spectral:
+        # Only colours up to 1 have spectra, and those of reflectances, to be lit by white.
+        scale = max(float(pixels.max()), 1e-30)
+        nested = texture | {"picture": Picture(pixels / np.float32(scale))}
+        texture = {"type": "d65", "scale": scale, "nested": nested}
+    return shape | {"emitter": emitter | {"radiance": texture}}
 
 
 def refracts(entry: object) -> bool:

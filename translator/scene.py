@@ -30,6 +30,7 @@ from relume.translator import (
     precision,
 )
 from relume.translator.assets import Assets, Find
+from relume.translator.darkness import empty_picture_notes
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS
 from relume.translator.document import Document
@@ -37,6 +38,7 @@ from relume.translator.enclosures import medium_at_camera
 from relume.translator.images import ImageError
 from relume.translator.meshes import Meshes
 from relume.translator.object_entries import Contents, PlacedScene, translate_objects
+from relume.translator.outcome_rows import Note
 from relume.translator.recentering import recentering
 from relume.translator.scene_geometry import SceneGeometry, measure
 from relume.translator.scene_values import Entry, resolved, rgb, to_mitsuba
@@ -93,6 +95,15 @@ class Translation:
         Its `sensor` holds the medium around all objects, if there is one, as a Mitsuba object.
         """
         return to_mitsuba(resolved(self.scene, media.AROUND))
+
+    def picture_notes(self) -> tuple[Note, ...]:
+        """What is to be said of the picture as a whole: that it will be black or empty."""
+        apart = ("sensor", "integrator", media.AROUND)
+        return empty_picture_notes(
+            entry
+            for name, entry in self.scene.items()
+            if isinstance(entry, dict) and name not in apart
+        )
 
     def status(self) -> str:
         """`ok`, or `unsupported` if any line is."""
@@ -264,6 +275,10 @@ def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> 
         around_too = at_camera is scene.medium
         sensor["medium"] = media.REFERENCE if around_too else at_camera.entry()
     entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
-    entries |= contents.entries
+    if contents.media:
+        # The stock integrators for media let lamps shine where they are not.
+        entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
+    else:
+        entries |= contents.entries
     render_plan = plan.render_plan(document, entries, OWN_PLUGINS, scene.spectral, reason)
     return Translation(document, entries, render_plan)

@@ -16,7 +16,7 @@ from relume.translator.shapes import (
     Sphere,
     UVPlane,
 )
-from relume.translator.tiling import REACH, tiled_plane
+from relume.translator.tiling import FARTHEST, REACH, tiled_plane
 
 SMALLEST_TILE = 1e-5
 """Least size of the tile of an infinite plane below the camera, in units of the largest height."""
@@ -122,6 +122,7 @@ class ShapeBuilder:
         least = max(height, SMALLEST_TILE * highest)
         across = float(np.linalg.norm(center - camera))
         reach = max(REACH * highest, across + self.scene.whole.diameter)
+        reach = max(min(reach, FARTHEST), 2 * highest)
         block.lines.remark("", "infinite-plane", side=2 * reach)
         mesh = tiled_plane(foot, geometry.frame(n)[:, :2], least, reach)
         return mesh_entry(mesh, block.normal < 0)

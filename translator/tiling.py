@@ -14,9 +14,13 @@ from relume.translator.scene_values import Mesh
 GROWTH = 4.0
 """Size of a ring of tiles over that of the one inside of it."""
 
-REACH = 1e5
+REACH = 1e6
 """Half the side of the whole, in units of what tells how high above the plane things are: its edge
-is seen 6e-4 degrees below the horizon."""
+is seen 6e-5 degrees below the horizon."""
+
+FARTHEST = 1e12
+"""Half the side of the whole at most: products of three such lengths are within single precision
+[scene unit]."""
 
 CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
 

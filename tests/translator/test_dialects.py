@@ -126,8 +126,8 @@ def test_phong_diffuse():
 def test_dispersion_rgb():
     """By wavelength, or with one index under RGB."""
     manual, program = both(OFF + BALL + "color 1 1 1\nreflection reflection99\n")
-    assert (manual.plan.variant, manual.plan.integrator) == ("llvm_ad_spectral", "dispersivepath")
-    assert (program.plan.variant, program.plan.integrator) == ("llvm_ad_rgb", "path")
+    assert (manual.plan.variant, manual.plan.integrator) == ("llvm_ad_spectral", "surfacepath")
+    assert (program.plan.variant, program.plan.integrator) == ("llvm_ad_rgb", "surfacepath")
 
 
 def test_parallel_lamp():
@@ -159,10 +159,10 @@ def test_infinity_length():
 def test_luminance_cutoff():
     """Off, or 0.025 where the file is silent: times the samples, for each sample alone."""
     manual, program = both("SAMPLING\n10\nSUPERSAMPLING\n2\n")
-    assert manual.scene["integrator"]["type"] == "path"
+    assert manual.scene["integrator"]["type"] == "surfacepath"
     assert program.scene["integrator"]["type"] == "samplescale"
     assert program.scene["integrator"]["luminance_limit"] == pytest.approx(0.025 * 40)
-    assert all(t.scene["integrator"]["type"] == "path" for t in both(OFF))
+    assert all(t.scene["integrator"]["type"] == "surfacepath" for t in both(OFF))
     limits = [t.scene["integrator"]["luminance_limit"] for t in both("luminance_cutoff\n0.5\n")]
     assert limits == [16, 16]
 

@@ -239,3 +239,14 @@ def test_small_lamps_are_sampled_by_our_own_emitter(view, radius, kind):
     text = view((0, 0, 3), (0, 0, 1)) + f"OBJECT\nsphere 0 3 0 {radius}\nemission 1 1 1\n{LAMP}"
     scene = translate(read_text(text, environ={})).scene
     assert [e["emitter"]["type"] for e in scene.values() if "emitter" in e] == [kind]
+
+
+def test_spots_without_direction_and_with_wide_falloff(translated):
+    """They shine down, the manual's default, and fade from the axis on."""
+    spot = "OBJECT\nsphere 0 3 0 1\nemission 1 1 1\nspot_light 1\nspot_light_dir 0 0 0\n"
+    found = translated(spot + "spot_light_angle 20 30\n")
+    (light,) = (e for e in found.scene.values() if isinstance(e, dict) and "cutoff_angle" in e)
+    assert light["direction"] == [0, -1, 0]
+    assert (light["cutoff_angle"], light["falloff_angle"]) == (20, 20)
+    codes = {code for r in found.document.lines.all for code in r.codes}
+    assert {"spot-falloff-whole", "spot-direction-missing"} <= codes

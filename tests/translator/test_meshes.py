@@ -176,6 +176,21 @@ def test_map_kd(parts, write_picture):
     assert np.allclose(texels, np.array([100, 200, 50]) / 255 * [0.5, 0.25, 0.125])
 
 
+@pytest.mark.parametrize("shown", ["", "d 0.5\n"])
+def test_an_objects_texture_takes_precedence_over_map_kd(parts, write_picture, shown):
+    """Row texture-over-map: the object's own texel, not its colour times that of map_Kd; the
+    picture's alpha, not `d`, says where it is."""
+    write_picture("a.png", np.full((2, 2, 3), 200))
+    write_picture("b.png", np.full((2, 2, 3), 100))
+    lines = "reflection diffuse\ncolor 0.5 0.5 0.5\ntexture b.png\n"
+    (part,) = parts(MATERIAL + shown + "map_Kd a.png\n", lines)
+    bsdf = part["bsdf"]
+    assert bsdf["type"] == "twosided"
+    texels = np.asarray(bsdf["bsdf"]["reflectance"]["picture"].pixels)
+    np.testing.assert_allclose(texels, 100 / 255, rtol=1e-6)
+
+
+
 def test_missing_map_is_noted(translated, write):
     """A missing picture of an MTL file does not stop the scene; the object's colour stays."""
     write(f"{QUAD}usemtl m\n{FACE}", "newmtl m\nmap_Kd gone.png\nmap_Bump lost.png\n")
