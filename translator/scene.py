@@ -52,6 +52,7 @@ OWN_PLUGINS = {
     "schlickglass": "bsdf",
     "subsurface": "bsdf",
     "shadowcatcher": "bsdf",
+    "apparentlamp": "emitter",
     "domesun": "emitter",
     "parallelbeam": "emitter",
     "falloffspot": "emitter",
@@ -66,6 +67,7 @@ OWN_PLUGINS = {
     "surfacepath": "integrator",
     "hgrgb": "phase function",
     "screencamera": "sensor",
+    "spheremap": "texture",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
 
