@@ -129,6 +129,11 @@ study-metropolis: setup
 study-files: setup
 	$(STUDY) files
 
+# make study-converted CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
+.PHONY: study-converted
+study-converted: setup
+	$(STUDY) converted '$(CORPUS)' --asset-path '$(ASSETS)'
+
 # Minutes: 100000 damaged pictures, meshes and material files each.
 .PHONY: study-damaged
 study-damaged: setup

@@ -1,4 +1,4 @@
-"""Scene files rendered as they are, and as converted by `relume convert`: the same pictures?
+"""Scene files as they are, and as `relume convert` writes them: whether they render alike.
 
     python -m studies converted FOLDER --asset-path FOLDER
 

@@ -462,8 +462,8 @@ MUTATIONS = [
     ),
     session(
         "sum of a pass by other integrators 2 % too high",
-        "reshape(-1, 3).T * np.float32(spp)",
-        "reshape(-1, 3).T * np.float32(1.02 * spp)",
+        "else channels[:3]) * np.float32(spp)",
+        "else channels[:3]) * np.float32(1.02 * spp)",
     ),
     accumulator(
         "half a percent of the samples lost",
@@ -484,8 +484,8 @@ MUTATIONS = [
     ),
     pixels(
         "tent 2 % too wide",
-        "0.5 + 0.5 * mi.warp",
-        "0.5 + 0.51 * mi.warp",
+        "radius = 0.5 if abs",
+        "radius = 0.51 if abs",
     ),
     # ---- translation
     materials(
@@ -501,10 +501,10 @@ MUTATIONS = [
     materials(
         "Ward's specular colour 2 % too bright",
         "color, specular = times(reflectances.color, rho_d), times(reflectances.specular, rho_s)\n"
-        '    if dialect == "prender":\n        total',
+        "    varying",
         "color, specular = times(reflectances.color, rho_d), "
         "times(reflectances.specular, 1.02 * rho_s)\n"
-        '    if dialect == "prender":\n        total',
+        "    varying",
     ),
     materials(
         "Ward's roughness along v 2 % too large", '"alpha_v": alpha_v', '"alpha_v": 1.02 * alpha_v'

@@ -26,7 +26,7 @@ def made(tmp_path_factory):
 def test_the_file_tells_how_it_was_made(made):
     stored, about = estimate_files.read(made[1])
     assert stored.pixels.mean.shape == (36, 48, 3)
-    assert about["scene"] == "floor.txt" and about["method"] == "path"
+    assert about["scene"] == "floor.txt" and about["method"] == "surfacepath"
     assert (about["check_spp"], about["spp"], about["runs"]) == (4, 32, 32)
     assert about["versions"]["mitsuba"]
 

@@ -11,6 +11,7 @@ import pytest
 from studies import ROOT, __main__, convergence, false_alarms, scaling, subsurface
 
 NEEDED = {
+    "converted": ["folder"],
     "corpus": ["charts", "folder", "--asset-path", "folder"],
     "gallery": ["folder"],
     "peer": ["references"],
@@ -72,7 +73,7 @@ def test_a_cell_of_the_study_of_convergence(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("studies.convergence_page.error", lambda cell, spp: cell["errors"][0][0])
     __main__.main(["convergence", "diffuse"])
     (cell,) = json.loads((tmp_path / "convergence" / "cells.json").read_text())
-    assert cell["method"] == "path" and cell["reference"] == "volpath"
+    assert cell["method"] == "surfacepath" and cell["reference"] == "volpath"
     assert "| diffuse | path |" in (tmp_path / "convergence.md").read_text()
     assert (tmp_path / "convergence" / "area.png").stat().st_size > 1000
     assert "diffuse area" in capsys.readouterr().out
