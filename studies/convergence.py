@@ -97,7 +97,7 @@ MATERIALS = {
 }
 
 
-OTHERS = {"path": "volpath", "dispersivepath": "path"}
+OTHERS = {"surfacepath": "volpath", "path": "volpath"}
 
 
 def cells():

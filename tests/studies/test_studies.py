@@ -74,7 +74,7 @@ def test_a_cell_of_the_study_of_convergence(tmp_path, monkeypatch, capsys):
     __main__.main(["convergence", "diffuse"])
     (cell,) = json.loads((tmp_path / "convergence" / "cells.json").read_text())
     assert cell["method"] == "surfacepath" and cell["reference"] == "volpath"
-    assert "| diffuse | path |" in (tmp_path / "convergence.md").read_text()
+    assert "| diffuse | surfacepath |" in (tmp_path / "convergence.md").read_text()
     assert (tmp_path / "convergence" / "area.png").stat().st_size > 1000
     assert "diffuse area" in capsys.readouterr().out
 
