@@ -3,12 +3,14 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
-PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors
+PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors textures
+QUIET   = $$(test -t 1 || echo --quiet)
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
-        study-media study-references study-convergence study-peer study-scaling study-metropolis
+        study-media study-references study-convergence study-peer study-peer-corpus \
+        study-scaling study-metropolis
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -19,16 +21,20 @@ setup:
 install:
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit( \
 	    "relume needs Python 3.10 to 3.13, this is %d.%d: make PYTHON=python3.13" % v)'
-	@echo "Setting up $(VENV)"
+	@echo "Setting up $(VENV) for relume, once; this takes some minutes."
+	@echo "1 of 3: a virtual environment"
 	@$(BIN)/python -c '' 2>/dev/null && test "$$(head -n 1 $(READY) 2>/dev/null)" = "$$(pwd)" \
 	    || $(PYTHON) -m venv --clear $(VENV)
 	@rm -f $(READY)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	@echo "2 of 3: the packages of constraints.txt, 0.9 GB on the disk with Mitsuba and LLVM"
+	@$(BIN)/python -m pip install $(QUIET) --disable-pip-version-check \
 	    --constraint constraints.txt --editable '.[test]'
+	@echo "3 of 3: a first start, which looks for a working LLVM library"
 	@$(BIN)/python -c 'import relume'
 	@$(STATE) > $(READY)
 
 demo: setup
+	@echo "Rendering an example, half a minute:"
 	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png
 
 test: lint
@@ -97,9 +103,13 @@ study-references: setup
 study-convergence: setup
 	$(STUDY) convergence $(CELLS)
 
-# make study-peer REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
+# make study-peer REFERENCES="folder of scenes, pictures and table.tsv" SCENES="names; all if none"
 study-peer: setup
-	$(STUDY) peer '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' $(PICTURES)
+	$(STUDY) peer '$(REFERENCES)' $(if $(SCENES),--scenes $(SCENES))
+
+# make study-peer-corpus REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
+study-peer-corpus: setup
+	$(STUDY) peer-corpus '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' $(PICTURES)
 
 # Half an hour; what it prints goes into docs/scaling.md. Nothing else should run.
 study-scaling: setup
@@ -113,6 +123,16 @@ study-scaling: setup
 study-metropolis: setup
 	$(STUDY) metropolis $(if $(CORPUS),'$(CORPUS)')
 	$(STUDY) metropolis-agreement $(if $(CORPUS),'$(CORPUS)')
+
+# What it prints goes into docs/files.md; readers that are not installed are left out.
+.PHONY: study-files
+study-files: setup
+	$(STUDY) files
+
+# Minutes: 100000 damaged pictures, meshes and material files each.
+.PHONY: study-damaged
+study-damaged: setup
+	RELUME_DAMAGED=100000 $(BIN)/python -m pytest tests/translator/test_damaged_files.py
 
 clean:
 	rm -rf $(VENV) out build *.egg-info

@@ -42,12 +42,6 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_copyright = False
 
-# Until the merge: names that `api.md` documents already, and pages that others write.
-import relume  # noqa: E402
-
-if not hasattr(relume, "Document"):
-    suppress_warnings = ["autodoc.import_object", "myst.xref_missing"]
-
 
 def escape_stars(_app, _context, lines):
     """Patterns such as 'grey ball/*' in the help of an option are no emphasis."""

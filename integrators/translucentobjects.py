@@ -98,13 +98,17 @@ def labels_of_faces(shapes: Sequence[tuple[mi.Shape, str]]) -> list[np.ndarray]:
     """
     geometry = [None if name else triangles(shape) for shape, name in shapes]
     key = tuple(
-        name or (registry_number(shape) if mesh is None else tuple(map(zlib.crc32, mesh)))
+        name or (registry_number(shape) if mesh is None else tuple(map(_checksum, mesh)))
         for (shape, name), mesh in zip(shapes, geometry, strict=True)
     )
     if key not in _labels:
         _labels.clear()
         _labels[key] = _labels_of_faces([name for _, name in shapes], geometry)
     return _labels[key]
+
+
+def _checksum(array: np.ndarray) -> int:
+    return zlib.crc32(np.ascontiguousarray(array))
 
 
 def triangles(shape: mi.Shape) -> tuple[np.ndarray, np.ndarray] | None:

@@ -36,7 +36,7 @@ llvm.install()
 from relume import plugins  # noqa: E402, F401
 
 if TYPE_CHECKING:
-    from relume.application import load, read, render, to_dict
+    from relume.application import load, read, render, to_dict, write
     from relume.options import RenderOptions
     from relume.session import CannotRender
     from relume.translator.diagnostics import SceneError
@@ -62,6 +62,7 @@ __all__ = [
     "render",
     "stability",
     "to_dict",
+    "write",
 ]
 
 _HOMES = {
@@ -77,6 +78,7 @@ _HOMES = {
     "render": "relume.application",
     "stability": "relume.workbench.stability",
     "to_dict": "relume.application",
+    "write": "relume.application",
 }
 
 

@@ -18,10 +18,12 @@ from relume.loading import (
     settle_variant,
     translated,
 )
+from relume.mitsuba_files import is_mitsuba_file
 from relume.options import RenderOptions, kind_of
 from relume.progress import Tell, TimeLimit, progress_bar
 from relume.session import Scene, Session
 from relume.translator import Document, Translation
+from relume.translator.printer import print_document
 
 
 def read(path: str | os.PathLike[str], environ: Mapping[str, str] | None = None) -> Document:
@@ -37,10 +39,32 @@ def read(path: str | os.PathLike[str], environ: Mapping[str, str] | None = None)
     Raises:
         SceneError: every error in the file, with line and column.
         TypeError: it is no path.
+        ValueError: it is that of a Mitsuba scene, which has no document.
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"expected the path of a scene file, found {kind_of(path)}")
+    if is_mitsuba_file(path):
+        raise ValueError(f"{path}: a Mitsuba scene; relume.render, load, compare and chart take it")
     return translator.read(path, environ)
+
+
+def write(document: Document, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a document as a scene file, from which `read` gets an equal document.
+
+    Values that are the default are left out, and so are comments, which a document does not hold.
+
+    Args:
+        document: what `read` returned, changed or not.
+        path: the file, written in UTF-8.
+        overwrite: whether a file that exists is replaced.
+
+    Raises:
+        FileExistsError: there is such a file, and `overwrite` is false.
+        ValueError: a value that no scene file can hold; see `translator.printer.print_document`.
+    """
+    text = print_document(document)
+    with open(path, "w" if overwrite else "x", encoding="utf-8", newline="\n") as file:
+        file.write(text)
 
 
 def load(scene: SceneSource, options: RenderOptions | None = None, **changes: Any) -> Scene:
@@ -50,7 +74,7 @@ def load(scene: SceneSource, options: RenderOptions | None = None, **changes: An
     is loaded under it, provided that it renders the scene as planned.
 
     Args:
-        scene: a scene file, or what `read` returned.
+        scene: a scene file or Mitsuba scene (.xml), or what `read` returned.
         options: how it is rendered where that is not as the scene says. A `variant` in it is set,
             and stays so; `seed` is that of the scene's sampler.
         changes: fields of `RenderOptions`, in place of those of `options`.
@@ -103,7 +127,7 @@ def render(
     The variant that was set before is set again afterwards.
 
     Args:
-        scene: a scene file, or what `read` returned.
+        scene: a scene file or Mitsuba scene (.xml), or what `read` returned.
         options: how it is rendered where that is not as the scene says.
         time_limit: seconds of rendering (loading is not counted) after which the picture so far is
             returned, of one pass at least; `progress` tells how many samples it has. The scene's

@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from relume import translator
+from relume.mitsuba_files import is_mitsuba_file
 from relume.translator.diagnostics import LineReport, Problem, SceneError
 from relume.translator.outcomes import OUTCOMES, UnknownCode, explanation
 from relume.translator.source_text import read_lines
@@ -52,6 +53,9 @@ def check_file(
     notes: list[dict[str, str]] = []
     plan, status = None, "ok"
     try:
+        if is_mitsuba_file(path):
+            what = "a Mitsuba scene, of which there is nothing to translate: relume render takes it"
+            raise SceneError(path, [Problem(0, 0, what, "file")])
         document, problems = translator.parse(read_lines(path), path, environ)
         reports = document.lines.all
         # Of a document with errors, a camera that looks nowhere is told once, not again by numpy.
@@ -86,6 +90,11 @@ def files_below(paths: Iterable[str | Path]) -> Iterator[Path]:
             yield path
 
 
+def has_folder(paths: Iterable[str | Path]) -> bool:
+    """Whether one of the paths is a folder."""
+    return any(Path(path).is_dir() for path in paths)
+
+
 def exit_status(results: Iterable[Result]) -> int:
     """Exit status for a list of results: 1 for any error, else 3 for anything unsupported."""
     found = {result["status"] for result in results}
@@ -104,9 +113,7 @@ def explained(code: str) -> str:
         raise UnknownCode(f"{error}\nOutcomes: {', '.join(sorted(OUTCOMES))}") from None
 
 
-def print_results(
-    results: Sequence[Result], console: Console, *, every_line: bool = True
-) -> None:
+def print_results(results: Sequence[Result], console: Console, *, every_line: bool = True) -> None:
     """Print results as tables.
 
     Args:
@@ -115,8 +122,7 @@ def print_results(
         every_line: whether lines that are simply translated are listed, too.
     """
     for result in results:
-        style = {"ok": "green", "error": "red", "unsupported": "yellow"}[result["status"]]
-        console.print(f"[bold]{escape(result['file'])}[/]: [{style}]{result['status']}[/]")
+        console.print(_headline(result))
         for error in result["errors"]:
             place = f"{error['line']}:{error['column']}: " if error["line"] else ""
             console.print(f"  [red]{place}[/]{escape(error['message'])} [dim]({error['kind']})[/]")
@@ -131,8 +137,41 @@ def print_results(
     ):
         console.print("[dim]relume check --explain CODE tells more of a note[/]")
     if len(results) > 1:
-        counts = {s: sum(result["status"] == s for result in results) for s in EXIT}
-        console.print(f"{len(results)} files: " + ", ".join(f"{n} {s}" for s, n in counts.items()))
+        print_counts(results, console)
+
+
+def print_overview(results: Sequence[Result], console: Console) -> None:
+    """Print a line for each file, and how many are fine.
+
+    Args:
+        results: what `check_file` returned for each file.
+        console: where to print.
+    """
+    for result in results:
+        found = result["errors"] or [x for x in result["lines"] if x["outcome"] == "unsupported"]
+        said = f": {_place(found[0])}" if found else ""
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        console.print(f"{_headline(result)}{escape(said)}[dim]{more}[/]")
+    print_counts(results, console)
+
+
+def print_counts(results: Sequence[Result], console: Console) -> None:
+    """Print how many files are of each status."""
+    counts = {s: sum(result["status"] == s for result in results) for s in EXIT}
+    console.print(f"{len(results)} files: " + ", ".join(f"{n} {s}" for s, n in counts.items()))
+
+
+def _headline(result: Result) -> str:
+    style = {"ok": "green", "error": "red", "unsupported": "yellow"}[result["status"]]
+    return f"[bold]{escape(result['file'])}[/]: [{style}]{result['status']}[/]"
+
+
+def _place(found: dict[str, Any]) -> str:
+    """An error, or a line that is unsupported, in words."""
+    if "message" in found:
+        place = f"{found['line']}:{found['column']}: " if found["line"] else ""
+        return f"{place}{found['message']}"
+    return f"line {found['line']}, {found['keyword']}: {found['note']}"
 
 
 def _print_lines(result: Result, console: Console, every_line: bool) -> None:

@@ -8,7 +8,6 @@ import warnings
 from typing import Any, TextIO
 
 import click
-from rich.console import Console
 
 from relume.command_errors import readable_errors
 from relume.command_options import (
@@ -18,6 +17,7 @@ from relume.command_options import (
     render_option,
     scene_options,
 )
+from relume.consoles import console
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -31,20 +31,22 @@ def main() -> None:
 @click.argument("paths", nargs=-1, metavar="PATH...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
+@click.option("-v", "--verbose", is_flag=True, help="List all lines of files in folders, too.")
 @click.option("--explain", "code", metavar="CODE", help="Explain the code of a note, and stop.")
 @scene_options
 def check(
     paths: tuple[str, ...],
     as_json: bool,
     brief: bool,
+    verbose: bool,
     code: str | None,
     dialect: str,
     asset_path: tuple[str, ...],
 ) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
-    PATH is a scene file or a folder of them. The exit status is 0 if everything is translated, 1
-    if there are errors and 3 if something is unsupported.
+    PATH is a scene file or a folder of them, whose files have a line each. The exit status is 0 if
+    everything is translated, 1 if there are errors and 3 if something is unsupported.
     """
     from relume import checking
 
@@ -61,7 +63,10 @@ def check(
     if as_json:
         click.echo(json.dumps(results, indent=1, ensure_ascii=False))
     else:
-        checking.print_results(results, Console(), every_line=not brief)
+        if checking.has_folder(paths) and not (verbose or brief):
+            checking.print_overview(results, console())
+        else:
+            checking.print_results(results, console(), every_line=not brief)
         if not results:
             click.echo("no scene files found", err=True)
     sys.exit(checking.exit_status(results) if results else 1)
@@ -111,12 +116,12 @@ def render(
     per_pass: int | None,
     **options: Any,
 ) -> None:
-    """Render a scene file; Ctrl-C keeps the picture so far."""
+    """Render a scene file, or a Mitsuba scene (.xml); Ctrl-C keeps the picture so far."""
     from relume.rendering import PassOptions, render_file
 
     kept = PassOptions(resume, keep, passes, per_pass)
     with readable_errors():
-        for path in render_file(scene, passes=kept, console=Console(stderr=True), **options):
+        for path in render_file(scene, passes=kept, console=console(stderr=True), **options):
             click.echo(path)
 
 
@@ -137,9 +142,8 @@ def merge(parts: tuple[str, ...], out: str) -> None:
     """
     from relume import merging
 
-    console = Console(stderr=True)
     with readable_errors():
-        written, missing = merging.merge(parts, out, console)
+        written, missing = merging.merge(parts, out, console(stderr=True))
         for path in written:
             click.echo(path)
         sys.exit(3 if missing else 0)
@@ -164,6 +168,7 @@ def convert(
         else:
             for path in converter.write_xml(scene, out, dialect, asset_path):
                 click.echo(path)
+            click.echo(f"render it by: {converter.render_command(out)}", err=True)
 
 
 @main.command()
@@ -187,12 +192,14 @@ def convert(
     show_default=True,
     help="Independent renders of each side.",
 )
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same comparison, but for the times.")
 @click.option("-o", "--output", "out", metavar="FILE.html", help="Write a page with the pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @scene_options
 def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Tell whether a scene looks the same by another integrator, or as in a picture.
+
+    SCENE is a scene file, or a Mitsuba scene (.xml).
 
     Both sides are rendered many times, so that every error has its interval. The exit status is 0
     if they agree, 4 if they differ and 1 after an error. Ctrl-C keeps the runs so far.
@@ -200,11 +207,11 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     from relume.workbench import compare_table, comparing
 
     with readable_errors():
-        found = comparing.run(scene, out, Console(stderr=True), **options)
+        found = comparing.run(scene, out, console(stderr=True), **options)
         if as_json:
             click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
-            compare_table.print_report(found.report(), Console())
+            compare_table.print_report(found.report(), console())
             if out:
                 click.echo(f"\n{out}")
         sys.exit(0 if found.agree else 4)
@@ -219,7 +226,7 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     metavar="PATTERN",
     help="Only cells such as 'grey ball/*' (repeatable).",
 )
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same verdicts.")
 @click.option("-o", "--output", "out", metavar="DIR", help="Write a page and a heat map.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def stability(as_json: bool, **options: Any) -> None:
@@ -231,11 +238,11 @@ def stability(as_json: bool, **options: Any) -> None:
     from relume.workbench import stability as grid
 
     with readable_errors():
-        found = grid.run(Console(stderr=True), **options)
+        found = grid.run(console(stderr=True), **options)
         if as_json:
             click.echo(json.dumps(found.report(), indent=1, ensure_ascii=False))
         else:
-            grid.print_report(found, Console())
+            grid.print_report(found, console())
         sys.exit(4 if found.silent else 0)
 
 
@@ -273,13 +280,15 @@ def stability(as_json: bool, **options: Any) -> None:
     help="Independent renders at each number of samples.",
 )
 @render_option("size", help="Size of the pictures; by default at most 160 across.")
-@render_option("seed", help=None)
+@render_option("seed", help="The same seed gives the same pictures, but not their times.")
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")
 @scene_options
 def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
     """Chart the error of methods over time: who is how accurate after how many seconds?
+
+    SCENE is a scene file, or a Mitsuba scene (.xml).
 
     Every method renders independent pictures of growing numbers of samples, in turn with the
     others. The reference is kept for the next time. Ctrl-C keeps what is done. The exit status is 1
@@ -288,7 +297,7 @@ def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
     from relume.workbench import chart_files, chart_table
 
     with readable_errors():
-        charts, written, failed = chart_files.run(scenes, out, Console(stderr=True), **options)
+        charts, written, failed = chart_files.run(scenes, out, console(stderr=True), **options)
     for made in charts:
         click.echo("\n".join([*chart_table.lines(made), ""]))
     for line in chart_table.explanations(charts[-1]) if charts else ():
@@ -311,7 +320,7 @@ def scenes(names: tuple[str, ...], out: str | None) -> None:
     from relume import examples
 
     if not names and out is None:
-        examples.print_names(Console())
+        examples.print_names(console())
         return
     with readable_errors():
         for path in examples.copy(names or examples.names(), out or "."):

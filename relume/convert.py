@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import errno
+import functools
+import shlex
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
-from relume import translator
-from relume.application import read
-from relume.loading import for_mitsuba, usable_variant
+from relume.loading import for_mitsuba, translated, translated_with_inputs, usable_variant
+from relume.options import RenderOptions
+from relume.output import OutputError, replacing
 from relume.session import exr_threads, variant_context
 from relume.translator.media import AROUND, REFERENCE
+from relume.translator.plan import RenderPlan
 from relume.translator.scene import OWN_PLUGINS
 from relume.translator.scene_values import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
+from relume.version import version
 
 
 def write_xml(
@@ -26,9 +30,9 @@ def write_xml(
     dialect: str = "manual",
     asset_path: Sequence[str | Path] = (),
 ) -> list[Path]:
-    """Convert a scene file to XML that `mi.load_file` loads after `import relume`.
+    """Convert a scene file to XML, which `relume.render` and the command render.
 
-    Load it with `optimize=False`: see `relume.to_dict`.
+    `mi.load_file` loads it after `import relume`, with `optimize=False`: see `relume.to_dict`.
 
     Meshes and pictures are written into the folder `<stem>_files` beside the XML, so both can be
     moved together.
@@ -44,26 +48,51 @@ def write_xml(
 
     Raises:
         SceneError: errors of the file.
+        OutputError: the name does not end with `.xml`, or a file of that name is one that the scene
+            reads; nothing was written then.
         OSError: a file cannot be written.
     """
-    translation = _translated(path, dialect, asset_path)
+    options = RenderOptions(dialect=dialect, asset_path=asset_path)
     out = Path(out)
     if out.is_dir():
         raise IsADirectoryError(errno.EISDIR, "is a folder, expected an XML file", str(out))
+    if out.suffix.lower() != ".xml":
+        raise OutputError(f"cannot write {out}: the name of an XML file ends with .xml")
+    translation, inputs = translated_with_inputs(path, options)
+    translation = for_mitsuba(translation)
+    files = _Files(out)
+    scene = files.externalise(translation.scene)
+    inputs.refuse(out, *files.paths)
     out.parent.mkdir(parents=True, exist_ok=True)
     with variant_context(usable_variant(translation.plan)):
-        files = _Files(out)
-        scene = files.externalise(translation.scene)
+        files.write()
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
         name_kinds(state)
-        out.write_text(mi.parser.write_string(state), encoding="utf-8")
-    return [out, *files.written]
+        text = header(path, out, translation.plan) + mi.parser.write_string(state)
+        with replacing(out) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    return [out, *files.paths]
 
 
-def _translated(
-    path: str | Path, dialect: str, asset_path: Sequence[str | Path]
-) -> translator.Translation:
-    return for_mitsuba(translator.translate(read(path), dialect, asset_path))
+def header(path: str | Path, out: Path, plan: RenderPlan) -> str:
+    """The comment at the beginning of an XML file: what it needs, and what renders it."""
+    plugins = f"the plugins {', '.join(plan.plugins)} of relume" if plan.plugins else "no plugin"
+    text = f"""
+  Made of {Path(path).name} by relume {version()}. Needs Mitsuba 3.9, the variant {plan.variant} and
+  {plugins}. To render it:
+
+      {render_command(out.name)}
+
+  In Python, import relume before mitsuba, set the variant {plan.variant}, and load it by
+  mi.load_file("{out.name}", optimize=False). The command `mitsuba` knows none of relume's plugins.
+"""
+    # Two hyphens would end the comment.
+    return f"<!--{text.replace('--', '- -')}-->\n"
+
+
+def render_command(out: str | Path) -> str:
+    """The command that renders a converted scene."""
+    return shlex.join(["relume", "render", str(out), "-o", str(Path(out).with_suffix(".exr"))])
 
 
 def name_kinds(state: Any) -> None:
@@ -93,16 +122,30 @@ class _Files:
     """
 
     def __init__(self, out: Path) -> None:
-        self.out = out
         self.folder = out.with_name(out.stem + "_files")
-        self.written: list[Path] = []
-        self.copies: dict[str, str] = {}
+        self._writers: dict[str, Callable[[Path], object]] = {}
+        self._copies: dict[str, str] = {}
 
-    def path(self, name: str) -> tuple[Path, str]:
-        """A file of the folder, which is made; returns the path and the name for the XML."""
-        self.folder.mkdir(exist_ok=True)
-        self.written.append(self.folder / name)
-        return self.written[-1], f"{self.folder.name}/{name}"
+    @property
+    def paths(self) -> list[Path]:
+        """Paths of the files."""
+        return [self.folder / name for name in self._writers]
+
+    def write(self) -> None:
+        """Write them; the folder is made."""
+        for path, write in zip(self.paths, self._writers.values(), strict=True):
+            path.parent.mkdir(exist_ok=True)
+            write(path)
+
+    def _named(self, name: str, write: Callable[[Path], object]) -> str:
+        """A file that `write` is to write; returns its name for the XML."""
+        stem, extension, number = Path(name).stem, Path(name).suffix, 1
+        taken = {name.casefold() for name in self._writers}
+        while name.casefold() in taken:
+            number += 1
+            name = f"{stem}-{number}{extension}"
+        self._writers[name] = write
+        return f"{self.folder.name}/{name}"
 
     def externalise(self, value: Any, name: str = "scene") -> Any:
         """The dictionary with meshes and pictures replaced by file names."""
@@ -110,7 +153,7 @@ class _Files:
             return value
         if isinstance(value.get("mesh"), Mesh):
             rest = {k: v for k, v in value.items() if k not in ("type", "mesh")}
-            shape = {"type": "ply", "filename": self.mesh(value["mesh"], name)}
+            shape: dict[str, Any] = {"type": "ply", "filename": self.mesh(value["mesh"], name)}
             # Where a file has no normals Mitsuba makes smooth ones unless told not to.
             shape |= {} if value["mesh"].normals is not None else {"face_normals": True}
             return shape | {k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()}
@@ -125,25 +168,26 @@ class _Files:
         return result
 
     def mesh(self, mesh: Mesh, name: str) -> str:
-        path, shown = self.path(f"{name}.ply")
-        mitsuba_mesh({"mesh": mesh}).write_ply(str(path))
-        return shown
+        """A PLY file of a mesh."""
+        return self._named(
+            f"{name}.ply", lambda path: mitsuba_mesh({"mesh": mesh}).write_ply(str(path))
+        )
 
     def picture(self, picture: Picture, name: str) -> str:
-        path, shown = self.path(f"{name}.exr")
-        with exr_threads():
-            mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
-        return shown
+        """An EXR file of the pixels of a texture."""
+
+        def write(path: Path) -> None:
+            with exr_threads():
+                mi.Bitmap(np.asarray(picture.pixels, np.float32)).write(str(path))
+
+        return self._named(f"{name}.exr", write)
 
     def copied(self, file: str) -> str:
         """A copy of a file that the scene names."""
-        if file not in self.copies:
-            name = Path(file).name
-            taken = {path.name for path in self.written}
-            name = f"{len(self.copies)}_{name}" if name in taken else name
-            path, self.copies[file] = self.path(name)
-            shutil.copyfile(file, path)
-        return self.copies[file]
+        if file not in self._copies:
+            write = functools.partial(shutil.copyfile, file)
+            self._copies[file] = self._named(Path(file).name, write)
+        return self._copies[file]
 
 
 def python_source(
@@ -153,7 +197,8 @@ def python_source(
 
     Meshes and pictures appear as calls with their arrays.
     """
-    translation = _translated(path, dialect, asset_path)
+    options = RenderOptions(dialect=dialect, asset_path=asset_path)
+    translation = for_mitsuba(translated(path, options))
     return (
         "import relume  # first: it sets up LLVM and registers the plugins\n\n"
         "import mitsuba as mi\nimport numpy as np\n\n"

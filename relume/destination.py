@@ -7,6 +7,7 @@ from pathlib import Path
 
 from relume import output
 from relume.accumulator import Accumulator
+from relume.inputs import Inputs
 from relume.translator import Document
 from relume.translator.plan import metropolis, mutations
 
@@ -24,13 +25,17 @@ class Destination:
         document: the scene's document.
         out: picture file, or a folder (existing, or with a trailing slash) for the name that the
             scene gives; None for the scene's name below the working directory.
+        inputs: what the scene reads, and nothing is written over.
 
     Attributes:
         exact: the picture file, where `out` names one; else None.
         notes: sentences for the user.
     """
 
-    def __init__(self, document: Document, out: str | Path | None = None) -> None:
+    def __init__(
+        self, document: Document, out: str | Path | None = None, inputs: Inputs | None = None
+    ) -> None:
+        self.inputs = inputs or Inputs()
         self.notes: list[str] = []
         named = str(out) if out is not None else None
         self.exact: Path | None = None
@@ -48,7 +53,15 @@ class Destination:
                 self.notes.append(f"'{document.output}' has no known extension: written as .ppm")
 
     def check(self) -> None:
-        """Raise `OutputError` if the picture could not be written."""
+        """Check that the picture can be written, before it is rendered.
+
+        Raises:
+            OutputError: it cannot, or it or its passes would go over a file that the scene reads.
+        """
+        if self.exact is not None:
+            output.check_format(self.exact)
+            self.inputs.refuse(self.exact)
+        self.inputs.refuse(self.passes_path())
         probe = self.exact or output.safe_path(self.stem + self.extension, self.folder)[0]
         output.check_writable(probe)
 
@@ -71,7 +84,7 @@ class Destination:
     def write(
         self, document: Document, accumulator: Accumulator, seconds: float, spectral: bool
     ) -> output.Written:
-        """Write the picture and the BMP beside it.
+        """Write the picture; one that the scene names gets a BMP beside it, as the manual says.
 
         Args:
             document: names the picture, and gives its gamma.
@@ -82,33 +95,36 @@ class Destination:
         Raises:
             OutputError: it cannot be written.
         """
-        path = self.exact
-        if path is None:
-            method = metropolis(document)
-            name = output.output_name(
-                self.stem,
-                self.extension,
-                document.sampling,
-                mutations(document) if method else document.supersampling,
-                seconds,
-                accumulator.spp,
-                method=method or "",
-                nes=document.next_event_estimation,
-                spectrum=spectral,
-                suffix=document.suffix,
-            )
-            path, note = output.safe_path(name, self.folder)
-            self.notes += [note] if note else []
+        if self.exact is not None:
+            return output.write_image(self.exact, accumulator.image(), document.gamma_offset)
+        method = metropolis(document)
+        name = output.output_name(
+            self.stem,
+            self.extension,
+            document.sampling,
+            mutations(document) if method else document.supersampling,
+            seconds,
+            accumulator.spp,
+            method=method or "",
+            nes=document.next_event_estimation,
+            spectrum=spectral,
+            suffix=document.suffix,
+        )
+        path, note = output.safe_path(name, self.folder)
+        self.notes += [note] if note else []
+        path = self.inputs.spared(path, output.bmp_beside)
         return output.write_outputs(path, accumulator.image(), document.gamma_offset)
 
     def dump_path(self, index: int) -> Path:
-        """Path of a picture of the progress: `image/output_W000001.bmp` beside the picture."""
+        """Path of a picture of the progress: `image/box_W000001.bmp` beside the picture `box`."""
         if self.exact is not None:
-            name, folder = f"image/output_W{index:06d}.bmp", self.exact.parent
+            inner, stem = "", output.split_extension(self.exact.name)[0]
+            folder = self.exact.parent
         else:
-            inner = self.stem.replace("\\", "/").rpartition("/")[0]
-            name, folder = f"{inner}/image/output_W{index:06d}.bmp", self.folder
-        return output.safe_path(name, folder)[0]
+            inner, _, stem = self.stem.replace("\\", "/").rpartition("/")
+            folder = self.folder
+        path = output.safe_path(f"{inner}/image/{stem}_W{index:06d}.bmp", folder)[0]
+        return self.inputs.spared(path)
 
 
 Keep = Callable[[Accumulator, float], None]

@@ -99,9 +99,10 @@ def has_gpu() -> bool:
 
 def print_report(found: Report) -> None:
     """Print a report to standard output."""
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
+
+    from relume.consoles import console
 
     table = Table.grid(padding=(0, 2))
     table.add_column(no_wrap=True)
@@ -129,7 +130,7 @@ def print_report(found: Report) -> None:
     section("Variants", [(v.name, outcome(v.works, v.reason)) for v in found.variants])
     advice = enumerate(found.advice, 1)
     section("To do", [(f"{number}.", text) for number, text in advice] or [("nothing", "")])
-    Console(highlight=False).print(table)
+    console().print(table)
 
 
 def _libraries(chosen: Library) -> Collection[Library]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import importlib.resources
+import os
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
@@ -63,7 +64,7 @@ def copy(chosen: Iterable[str], target: str | Path) -> list[Path]:
     files = {file.relative_to(source) for scene in scenes for file in _with_named(scene)}
     for path in sorted(files):
         there = target / path
-        if there.exists() and not (
+        if os.path.lexists(there) and not (
             there.is_file() and there.read_bytes() == (source / path).read_bytes()
         ):
             raise OutputError(f"{there} is there already, with other content: nothing was copied")

@@ -12,8 +12,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from relume import llvm, translator
+from relume import llvm, mitsuba_files, translator
+from relume.inputs import Inputs, file_names
+from relume.mitsuba_files import MitsubaFile, is_mitsuba_file
 from relume.options import RenderOptions, kind_of
+from relume.sensors.pixelsamples import TENT_OF_A_PIXEL
 from relume.session import (
     CannotRender,
     Integrator,
@@ -24,8 +27,8 @@ from relume.session import (
     thread_count,
     variant_context,
 )
-from relume.translator import Document, Translation
-from relume.translator.plan import METROPOLIS, RenderPlan, with_samples
+from relume.translator import Document, Translation, files_read
+from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
@@ -34,19 +37,30 @@ STAND_INS = {"surfacepath": "volpath"}
 """What scalar variants run in the place of our plugins; lamps with a mask shine in full there."""
 
 SceneSource = str | os.PathLike[str] | Document
-"""What is rendered: the path of a scene file, or what `relume.read` returned."""
+"""What is rendered: the path of a scene file or Mitsuba scene (.xml), or what `relume.read`
+returned."""
+
+Source = Document | MitsubaFile
+"""What a file says, before it is translated."""
 
 
-def document_of(scene: SceneSource) -> Document:
-    """The document of a scene file, or the document itself.
+def source_of(scene: SceneSource, options: RenderOptions | None = None) -> Source:
+    """What the file of a scene says, or the document itself.
+
+    Args:
+        scene: a path, or a document.
+        options: their folders hold files that a Mitsuba scene names.
 
     Raises:
         SceneError: errors of the file.
+        CannotRender: a Mitsuba scene cannot be read.
         TypeError: it is neither a path nor a document.
     """
     if isinstance(scene, Document):
         return scene
     if isinstance(scene, str | os.PathLike):
+        if is_mitsuba_file(scene):
+            return mitsuba_files.read(scene, (options or RenderOptions()).asset_path)
         return translator.read(scene)
     found = kind_of(scene)
     foreign = isinstance(scene, dict) or found.startswith("mitsuba.")
@@ -57,15 +71,18 @@ def document_of(scene: SceneSource) -> Document:
 
 
 def resized(
-    document: Document, size: tuple[int, int] | None = None, spp: int | None = None
-) -> Document:
-    """A document with another size of picture and number of samples.
+    document: Source, size: tuple[int, int] | None = None, spp: int | None = None
+) -> Source:
+    """A scene with another size of picture and number of samples.
 
     Raises:
         ValueError: out of range.
         TypeError: no whole numbers.
+        CannotRender: the film of a Mitsuba scene has a crop window.
     """
     options = RenderOptions(size=size, spp=spp)
+    if isinstance(document, MitsubaFile):
+        return document.resized(options.size, options.spp)
     if options.size is not None:
         document = dataclasses.replace(document, image=options.size)
     if options.spp is not None:
@@ -80,8 +97,35 @@ def translated(scene: SceneSource, options: RenderOptions) -> Translation:
         SceneError: errors of the file, and missing files.
         TypeError: the scene is neither a path nor a document.
     """
-    document = resized(document_of(scene), options.size, options.spp)
-    return translator.translate(document, options.dialect, options.asset_path)
+    source = resized(source_of(scene, options), options.size, options.spp)
+    return translation_of(source, options)
+
+
+def translation_of(source: Source, options: RenderOptions) -> Translation:
+    """The translation of what a file says with the dialect and folders of options.
+
+    Raises:
+        SceneError: missing files.
+        ValueError: a Mitsuba scene, and a dialect.
+    """
+    if isinstance(source, MitsubaFile):
+        return source.translation(options)
+    return translator.translate(source, options.dialect, options.asset_path)
+
+
+def samples_of(source: Source) -> int:
+    """Samples of a pixel that a file asks for."""
+    return source.spp if isinstance(source, MitsubaFile) else samples(source)
+
+
+def translated_with_inputs(
+    scene: SceneSource, options: RenderOptions
+) -> tuple[Translation, Inputs]:
+    """The translation of a scene, as `translated`, and the files that it reads."""
+    with files_read.recorded() as read:
+        translation = translated(scene, options)
+    named = file_names(translation.scene)
+    return translation, Inputs([translation.document.path, *read, *named])
 
 
 # ---- variants
@@ -274,7 +318,7 @@ def for_mitsuba(translation: Translation, options: RenderOptions | None = None) 
         # Samplers take 32 bits.
         sensor["sampler"]["seed"] = int(np.random.SeedSequence(options.seed).generate_state(1)[0])
     if translation.document.tent_filter:
-        rfilter = sensor["film"]["rfilter"] | {"radius": 0.501}
+        rfilter = sensor["film"]["rfilter"] | {"radius": TENT_OF_A_PIXEL}
         sensor["film"] = sensor["film"] | {"rfilter": rfilter}
     scene["sensor"] = sensor
     if options.integrator:

@@ -39,6 +39,7 @@ def merge(
     parts, out = list(dict.fromkeys(parts)), Path(out)
     if any(out.exists() and Path(part).exists() and out.samefile(part) for part in parts):
         raise CannotMerge(f"{out} is one of the parts")
+    output.check_format(out)
     output.check_writable(out)
     header, missing = checked(parts)
     accumulator = passes_file.read(parts[0])
@@ -53,7 +54,7 @@ def merge(
     if out.name.endswith(PASSES):
         passes_file.write(out, accumulator, header)
         return (out,), missing
-    return output.write_outputs(out, accumulator.image(), header.gamma).paths, missing
+    return output.write_image(out, accumulator.image(), header.gamma).paths, missing
 
 
 def checked(parts: Sequence[str | Path]) -> tuple[Header, PassSet]:

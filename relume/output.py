@@ -36,7 +36,7 @@ class Written:
     """What was written.
 
     Attributes:
-        paths: the files, the asked-for one first; its extension may differ from the one asked for.
+        paths: the files, the asked-for one first.
         repaired: number of pixels with a NaN, infinite or negative channel, written as 0 or 1.
     """
 
@@ -172,6 +172,18 @@ def check_writable(path: str | Path) -> None:
         pass
 
 
+def check_format(path: str | Path) -> None:
+    """Check that a picture's file has the extension of a format that can be written.
+
+    Raises:
+        OutputError: it has not; the message lists the formats.
+    """
+    extension = split_extension(Path(path).name)[1]
+    if extension.lower() not in WRITERS:
+        found = f"'{extension}' is no format" if extension else "no extension tells the format"
+        raise OutputError(f"cannot write {path}: {found}, expected one of {' '.join(WRITERS)}")
+
+
 def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
     """Write a picture and, as the original program does, a BMP beside it.
 
@@ -190,17 +202,21 @@ def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Wr
     picture = written.paths[0]
     if picture.suffix.lower() == ".bmp":
         return written
-    stem, _ = split_extension(picture.name)
-    beside = write_image(picture.with_name(stem + ".bmp"), image, gamma)
+    beside = write_image(bmp_beside(picture), image, gamma)
     return Written(written.paths + beside.paths, written.repaired)
+
+
+def bmp_beside(path: Path) -> Path:
+    """The BMP beside a picture: its name with another extension."""
+    return path.with_name(split_extension(path.name)[0] + ".bmp")
 
 
 def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
     """Write a picture in the format of its extension (in any case).
 
     ``.hdr`` (Radiance RGBE) and ``.exr`` (float32 R, G, B) are linear; ``.png``, ``.bmp`` (24 bit)
-    and ``.ppm`` (ASCII P3) are encoded for display as ``floor(255 clamp(L)^e + 1/2)``. Any other
-    extension becomes ``.ppm``. A file or link of that name is replaced; directories are made.
+    and ``.ppm`` (ASCII P3) are encoded for display as ``floor(255 clamp(L)^e + 1/2)``. A file or
+    link of that name is replaced; directories are made.
 
     Args:
         path: the file.
@@ -209,10 +225,11 @@ def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Writ
             0.01, else e = 1/2.2; without effect on linear formats.
 
     Returns:
-        The file's real path, and the number of pixels that had to be repaired.
+        The file's path, and the number of pixels that had to be repaired.
 
     Raises:
-        OutputError: the file cannot be written; one that existed is as it was.
+        OutputError: its extension is another one, or the file cannot be written; one that existed
+            is as it was.
         ValueError: the image has another shape.
 
     Source: manual, OUTPUT and gamma_offset.
@@ -221,9 +238,7 @@ def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Writ
     if image.ndim != 3 or image.shape[2] != 3 or 0 in image.shape:
         raise ValueError(f"a picture has the shape (height, width, 3), not {image.shape}")
     path = Path(path)
-    stem, ext = split_extension(path.name)
-    if ext.lower() not in WRITERS:
-        path = path.with_name(stem + ".ppm")
+    check_format(path)
     write, linear = WRITERS[path.suffix.lower()]
     image, repaired = repair(image)
     pixels = image if linear else encode_display(image, gamma)

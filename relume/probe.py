@@ -177,8 +177,9 @@ def _recall(key: str) -> Verdict | None:
 
 
 def _remember(key: str, found: Verdict) -> None:
-    """Keep a verdict; a cache that cannot be written costs a probe at the next start, no more."""
+    """Keep a verdict; a cache that cannot be written costs a probe at each start, which is said."""
     import tempfile
+    import warnings
 
     file = cache_file()
     try:
@@ -187,5 +188,6 @@ def _remember(key: str, found: Verdict) -> None:
             fresh = Path(directory, file.name)
             fresh.write_text(json.dumps(_read() | {key: found}, indent=1))
             os.replace(fresh, file)
-    except OSError:
-        return
+    except OSError as error:
+        said = f"cannot keep in {file} whether LLVM works ({error.strerror}): each start tries it"
+        warnings.warn(said, RuntimeWarning, stacklevel=2)

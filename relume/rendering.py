@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from relume import cluster as clusters
 from relume import fingerprint, output
 from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
 from relume.destination import Destination, Dumps, Keep
-from relume.loading import SceneSource, open_session, translated, usable_variant
+from relume.loading import SceneSource, open_session, translated_with_inputs, usable_variant
 from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
@@ -69,7 +71,7 @@ def render_file(
     """Render a scene and write its picture.
 
     Args:
-        scene: the scene file, or what `relume.read` returned.
+        scene: a scene file or Mitsuba scene (.xml), or what `relume.read` returned.
         options: as `relume.render`.
         out: picture file, or a folder, as `Destination`.
         passes: which passes, and whether they are kept.
@@ -84,15 +86,15 @@ def render_file(
     Raises:
         CannotRender: as `relume.render`; and the passes left there are of another render, or of
             this one and `passes.resume` is not set.
-        OutputError: a file cannot be written.
+        OutputError: a file cannot be written, or is one that the scene reads.
         ValueError: a number out of range.
     """
     options = RenderOptions.of(options, **changes)
-    translation = translated(scene, options)
+    translation, inputs = translated_with_inputs(scene, options)
     report_losses(translation, console)
     document, planned = translation.document, translation.plan
     options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
-    destination = Destination(document, out)
+    destination = Destination(document, out, inputs)
     part = destination.part_path() if passes.only else None
     destination.check()
     plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
@@ -265,10 +267,22 @@ def report_losses(translation: Translation, console: Console) -> None:
 def report_noise(accumulator: Accumulator, why: str, asked: int, console: Console) -> None:
     """Say how noisy the picture is, and where it has fewer samples than were asked for."""
     if math.isfinite(noise := accumulator.noise()):
-        console.print(f"noise of a pixel: {100 * noise:.2g} % of the mean", highlight=False)
+        console.print(f"noise of a pixel: {in_words(noise)}", highlight=False)
     if why:
         how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
         console.print(f"[yellow]{why}[/] {how_far}")
+
+
+def in_words(ratio: float) -> str:
+    """A ratio to the mean: in percent, or where it is large how many times the mean."""
+    if ratio < 2:
+        return f"{significant(100 * ratio)} % of the mean"
+    return f"{significant(ratio)} times its mean"
+
+
+def significant(value: float) -> str:
+    """A number with two significant digits, and no exponent."""
+    return np.format_float_positional(value, 2, unique=False, fractional=False, trim="-")
 
 
 def report_repairs(written: output.Written, spectral: bool, console: Console) -> None:

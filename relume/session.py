@@ -22,7 +22,7 @@ from relume.accumulator import Accumulator
 from relume.cores import available_cores
 from relume.passes import Pass, PassPlan, PassSet
 from relume.progress import Progress
-from relume.sensors.pixelsamples import sample_pixels
+from relume.sensors.pixelsamples import FILTERS, sample_pixels
 
 SAMPLES_PER_LAUNCH = 2**22
 """Most samples of one kernel launch: a pass over a very large picture takes several."""
@@ -164,6 +164,9 @@ class Session:
             pass is one picture by `mi.render`.
         plan: `PassPlan` of the render.
         accumulator: the passes so far.
+
+    Raises:
+        CannotRender: the film's reconstruction filter has negative weights, or its type is another.
     """
 
     def __init__(
@@ -176,8 +179,20 @@ class Session:
         self.seed = int(seed)
         self.width, self.height = (int(x) for x in self.sensor.film().crop_size())
         self.by_sample = "scalar" not in mi.variant() and samples_rays(self.integrator)
+        self._check_film()
         self.plan = PassPlan.of(self.width, self.height, self.spp)
         self.accumulator = Accumulator(self.width, self.height)
+
+    def _check_film(self) -> None:
+        film = self.sensor.film()
+        kind, rfilter = film.class_name(), film.rfilter().class_name()
+        if self.by_sample and rfilter not in FILTERS:
+            raise CannotRender(
+                f"samples cannot follow the film's {rfilter}, negative in places; expected "
+                "a box, tent or gaussian filter"
+            )
+        if not self.by_sample and kind != "HDRFilm":
+            raise CannotRender(f"this integrator renders into a film of type hdrfilm, not {kind}")
 
     def run(self) -> Iterator[Progress]:
         """Render pass after pass, those that the accumulator lacks, and add them to it.
@@ -251,4 +266,6 @@ class Session:
     def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""
         image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
-        return np.array(image).reshape(-1, 3).T * np.float32(spp)
+        channels = np.array(image).reshape(self.width * self.height, -1).T
+        gray = len(channels) < 3
+        return (channels[[0, 0, 0]] if gray else channels[:3]) * np.float32(spp)

@@ -6,16 +6,34 @@ import mitsuba as mi
 
 from relume.sensors.colors import linear_rgb
 
+FILTERS = ("BoxFilter", "TentFilter", "GaussianFilter")
+"""Reconstruction filters that samples can follow: those without negative weights."""
+
+
+TENT_OF_A_PIXEL = 0.501
+"""Half-width of a tent that stands for 0.5, of which Mitsuba's films make a box."""
+
 
 def position_in_pixel(sensor: mi.Sensor, sample: mi.Point2f) -> mi.Point2f:
-    """Return where in its pixel a sample lies, distributed as the film's reconstruction filter.
+    """Return where a sample of a pixel lies, distributed as the film's reconstruction filter.
 
     Args:
-        sensor: whose film has a tent filter, or else is taken to have a box filter.
+        sensor: whose film has one of `FILTERS`, or else is taken to have a box filter.
         sample: uniform variates.
+
+    Returns:
+        The position from the corner of the pixel; [0, 1] is inside.
     """
-    if sensor.film().rfilter().class_name() == "TentFilter":
-        return 0.5 + 0.5 * mi.warp.square_to_tent(sample)
+    rfilter = sensor.film().rfilter()
+    kind, radius = rfilter.class_name(), rfilter.radius()
+    if kind == "TentFilter":
+        radius = 0.5 if abs(radius - TENT_OF_A_PIXEL) < 1e-6 else radius
+        return 0.5 + radius * mi.warp.square_to_tent(sample)
+    if kind == "GaussianFilter":
+        # Mitsuba cuts it off at four standard deviations.
+        return 0.5 + radius / 4 * mi.warp.square_to_std_normal(sample)
+    if kind == "BoxFilter" and radius != 0.5:
+        return 0.5 + radius * (2 * sample - 1)
     return sample
 
 

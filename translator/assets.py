@@ -15,6 +15,14 @@ from relume.translator.source_text import FileName
 Find = Callable[[str], Path | None]
 """Function from the name of a file, as a scene gives it, to its path; None where it is missing."""
 
+
+def existing(find: Find, name: str) -> Path:
+    """Path of a file that is known to be there: `Assets.problems` tells those that are missing."""
+    path = find(name)
+    assert path is not None
+    return path
+
+
 MAX_ENTRIES = 100_000
 """Most entries of the folders of `asset_path` that are looked at."""
 

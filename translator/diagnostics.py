@@ -28,7 +28,7 @@ class Problem:
 
     Attributes:
         line: line number, from 1; 0 where the error belongs to no line (an environment variable).
-        column: column, from 1; 0 with `line` 0.
+        column: column, from 1; 0 where the whole line is meant, or no line.
         message: the offending text and what was expected.
         kind: one of `ERROR_KINDS`.
     """
@@ -53,12 +53,11 @@ class SceneError(Exception):
         super().__init__("\n".join(self.described()))
 
     def described(self) -> list[str]:
-        """The errors as `file:line:column: message` lines."""
+        """The errors as `file:line:column: message` lines, without a line or column of 0."""
+        places = [[str(n) for n in (p.line, p.column) if n] for p in self.problems]
         return [
-            f"{self.file}:{p.line}:{p.column}: {p.message}"
-            if p.line
-            else f"{self.file}: {p.message}"
-            for p in self.problems
+            f"{':'.join([self.file, *place])}: {p.message}"
+            for place, p in zip(places, self.problems, strict=True)
         ]
 
 

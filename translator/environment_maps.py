@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from relume import dome_maps
-from relume.translator.assets import Find
+from relume.translator.assets import Find, existing
 from relume.translator.document import Document
 from relume.translator.giant_spheres import Ball
 from relume.translator.images import as_texture, read_image
@@ -44,16 +44,21 @@ Formula = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Function from unit vectors (..., 3) to image coordinates u and v, from the bottom."""
 
 
+def map_flag(block: SceneObject) -> str | None:
+    """The flag that decides how an object's picture covers a sphere; None without flags."""
+    return next((flag for flag, _ in FLAGS if getattr(block, flag)), None)
+
+
 def map_name(block: SceneObject, dialect: str) -> str:
     """Name of the map of an object's picture, as `dome_maps` knows it."""
-    name = next((name for flag, name in FLAGS if getattr(block, flag)), "transposed")
+    name = dict(FLAGS).get(map_flag(block) or "", "transposed")
     if name == "angular":
         block.lines.remark("angular_map", "angular-map", dialect=dialect)
         return "angular_mirrored" if dialect == "prender" else name
     return name
 
 
-def picture(path: Path | None, block: SceneObject) -> np.ndarray:
+def picture(path: Path, block: SceneObject) -> np.ndarray:
     """The linear pixels of a picture that shines, (height, width, 3), top row first."""
     image = read_image(path)
     if not image.hdr:
@@ -131,7 +136,13 @@ def dome(block: SceneObject, ball: Ball, pixels: np.ndarray, dialect: str) -> En
 
 
 def shining_surface(
-    name: str, pixels: np.ndarray, scale: float, *, flip: bool, spectral: bool
+    name: str,
+    pixels: np.ndarray,
+    scale: float,
+    *,
+    flip: bool,
+    spectral: bool,
+    tiles: tuple[float, float] = (1.0, 1.0),
 ) -> Entry:
     """BSDF and emitter of a surface that shines with a picture by its own coordinates.
 
@@ -141,19 +152,21 @@ def shining_surface(
         scale: factor of the radiance.
         flip: whether v = 0 is the bottom row.
         spectral: whether the scene is rendered by wavelength.
+        tiles: how often the picture fits along u and v.
     """
     shown = used_texels(pixels) * np.float32(scale)
     shown = np.ascontiguousarray(shown[::-1] if flip else shown)
-    return {"bsdf": BLACK, "emitter": two_sided(name, radiance(shown, spectral))}
+    shining = radiance(Texture(shown, uv_scale=tiles, spectral=spectral))
+    return {"bsdf": BLACK, "emitter": two_sided(name, shining)}
 
 
-def radiance(pixels: np.ndarray, spectral: bool) -> Entry:
-    """The texture of radiances (height, width, 3), the row at v = 0 first."""
-    if not spectral:
-        return Texture(pixels).entry()
+def radiance(texture: Texture) -> Entry:
+    """The dictionary of a texture of radiances."""
+    if not texture.spectral:
+        return texture.entry()
     # Only colours up to 1 have spectra, and those of reflectances, to be lit by white.
-    brightest = max(float(pixels.max()), 1e-30)
-    nested = Texture(pixels / np.float32(brightest), spectral=True)
+    brightest = max(float(texture.rgb.max()), 1e-30)
+    nested = texture.times([1 / brightest] * 3)
     return {"type": "d65", "scale": brightest, "nested": nested.entry()}
 
 
@@ -217,7 +230,7 @@ def background(document: Document, find: Find) -> Entry | None:
     """The environment map of `background_texture`, `map_coef` and `coef`, or None (11.6)."""
     if document.background_texture is None:
         return None
-    image = as_texture(read_image(find(document.background_texture)))
+    image = as_texture(read_image(existing(find, document.background_texture)))
     a, b, c, d = document.map_coef
     document.lines.becomes("background", "background-replaced")
 

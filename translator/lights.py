@@ -13,12 +13,24 @@ from relume.translator.giant_spheres import Ball
 from relume.translator.objects import SceneObject
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, Picture, rgb
-from relume.translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
 
-TWO_SIDED = (Hemisphere, Plane, MeshFile)
-"""Shapes that emit on both sides; a finite plane emits on the side of its normal alone (section
-9.2), and of a sphere one side is all that can be seen."""
+TWO_SIDED = (Annulus, Disk, Hemisphere, Plane, MeshFile)
+"""Shapes that emit on both sides. A finite plane that is a lamp emits on the side of its normal
+alone (section 9.2), and of a sphere one side is all that can be seen."""
 
+
+SEEN_ONLY: Entry = {"type": "apparentlamp", "sampling_weight": 1e-3}
+"""An emitter that lights nothing, but is seen; a weight of 0 would have it light others, too."""
 
 DOWN = (0.0, -1.0, 0.0)
 """Direction of a spot that is told none: the manual's default."""
@@ -38,6 +50,15 @@ def two_sided(name: str, radiance: Entry) -> Entry:
     return {"type": "twosidedarea", "radiance": radiance, "name": name}
 
 
+def backdrop(radiance: Entry) -> Entry:
+    """The emitter of a surface that is seen in its unlit colour (row background-object).
+
+    Args:
+        radiance: spectrum or texture.
+    """
+    return SEEN_ONLY | {"two_sided": True, "backdrop": True, "radiance": radiance}
+
+
 def ambient(name: str, document: Document) -> Entry:
     """The emitter of a surface that only the ambient light makes shine (section 9.6).
 
@@ -53,6 +74,7 @@ def shining(
     scene: SceneGeometry,
     document: Document,
     index: int,
+    dialect: str,
 ) -> Entry:
     """The dictionary of a shape that shines by its own emission, emitter included.
 
@@ -64,8 +86,14 @@ def shining(
         document: the document, for the ambient light, which is added where the object also
             reflects (9.6).
         index: which of the document's objects it is.
+        dialect: `manual` or `prender` (row uvplane-light).
     """
     is_two_sided = isinstance(block.shape, TWO_SIDED)
+    if isinstance(block.shape, Disk | Annulus):
+        block.lines.remark("emission", "disk-light")
+    if isinstance(block.shape, UVPlane) and not block.is_lamp:
+        is_two_sided = True
+        block.lines.remark("emission", "lit-uvplane")
     if isinstance(block.shape, Sphere):
         inside = encloses(block.shape, scene.matrices[index], scene.camera)
         outward = block.normal >= 0
@@ -82,7 +110,50 @@ def shining(
         radiance = radiance + np.array(document.ambient)
     if is_two_sided:
         return shape | {"emitter": two_sided(name, rgb(radiance))}
+    if isinstance(block.shape, UVPlane) and document.next_event_estimation:
+        lengths = [np.linalg.norm(edge) for edge in (block.shape.u, block.shape.v)]
+        if not np.allclose(lengths, 1) or (dialect == "prender" and skew(block.shape)):
+            block.lines.remark("emission", "uvplane-light", dialect=dialect)
+            if dialect == "prender":
+                lit = apparent_lamp(block, block.shape, scene.matrices[index])
+                return shape | {"emitter": lit | {"radiance": rgb(radiance)}}
     return shape | {"emitter": {"type": "area", "radiance": rgb(radiance)}}
+
+
+def beam_shown(block: SceneObject, shape: Entry, document: Document) -> Entry:
+    """The dictionary of the rectangle of a parallel light, which dialect `prender` shows.
+
+    It hides what is behind it, and without next event estimation it is an area lamp, too (row
+    parallel-lamp).
+
+    Args:
+        block: the object.
+        shape: the rectangle's dictionary.
+        document: the document.
+    """
+    emitter = SEEN_ONLY if document.next_event_estimation else {"type": "area"}
+    black: Entry = {"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}}
+    return shape | {"bsdf": black, "emitter": emitter | {"radiance": rgb(block.emission)}}
+
+
+def skew(shape: UVPlane) -> bool:
+    """Whether the edges of a parallelogram are not orthogonal."""
+    u, v = np.array(shape.u), np.array(shape.v)
+    return bool(abs(u @ v) > 1e-6 * np.linalg.norm(u) * np.linalg.norm(v))
+
+
+def apparent_lamp(block: SceneObject, shape: UVPlane, matrix: np.ndarray) -> Entry:
+    """The emitter, without its radiance, of a lamp that lights by U x V, however it looks."""
+    u, v = (matrix[:3, :3] @ np.array(edge) for edge in (shape.u, shape.v))
+    # U x V turns round under a mirroring matrix, the normal does not.
+    if (block.normal < 0) != (np.linalg.det(matrix[:3, :3]) < 0):
+        u, v = v, u
+    return {
+        "type": "apparentlamp",
+        "origin": _floats(geometry.point(matrix, shape.origin)),
+        "edge_u": _floats(u),
+        "edge_v": _floats(v),
+    }
 
 
 def encloses(shape: Sphere, matrix: np.ndarray, point: np.ndarray) -> bool:

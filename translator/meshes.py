@@ -1,20 +1,27 @@
 """Mesh objects: OBJ files with their materials (spec section 12)."""
 
+from __future__ import annotations
+
 import dataclasses
+import functools
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from relume.translator.assets import Find
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.enclosures import INSIDE, winding_number
-from relume.translator.images import ImageError
 from relume.translator.materials import Reflectances
-from relume.translator.mtl import MtlError, read_mtl
-from relume.translator.obj import MeshError, features, read_obj
+from relume.translator.mtl import Material, Materials, MtlError, TextureMap, read_mtl
+from relume.translator.mtl_names import library_names, spellings
+from relume.translator.obj import read_obj
+from relume.translator.obj_model import Group, MeshError, ObjFile
+from relume.translator.obj_scan import stock_obstacle
 from relume.translator.objects import Reflection, SceneObject
 from relume.translator.outcomes import make_note
-from relume.translator.reflectances import VertexColor, load_texture, times
-from relume.translator.scene_values import Matrix, Mesh
+from relume.translator.reflectances import Color, Texture, VertexColor, load_texture, times
+from relume.translator.scene_values import Entry, Matrix, Mesh
 
 KINDS = dict(
     enumerate(("diffuse", "specular", "glass", "ward", "phong", "glass", "diffuse", "ward"))
@@ -22,6 +29,13 @@ KINDS = dict(
 """Kind of surface of each `#REFLECTION` code; 5 to 7 are subsurface scattering below it (8.8)."""
 
 BLACK = (0.0, 0.0, 0.0)
+
+NAMES = 10
+"""Most names that a note lists."""
+
+UPRIGHT = 1e-6
+"""1 - cosine of the angle between a normal and the face's up to which they are the same: 0.08
+degrees, what six decimals of a file leave."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -38,7 +52,7 @@ class Part:
     """
 
     name: str
-    entry: dict
+    entry: Entry
     block: SceneObject
     reflectances: Reflectances
     opacity: float | None = None
@@ -53,18 +67,18 @@ class Meshes:
         spectral: whether the scene is rendered by wavelength.
     """
 
-    def __init__(self, find, spectral=False):
+    def __init__(self, find: Find, spectral: bool = False) -> None:
         self.find = find
         self.spectral = spectral
-        self.files = {}
+        self.files: dict[Path, ObjFile] = {}
 
-    def read(self, path):
+    def read(self, path: Path) -> ObjFile:
         """The `ObjFile` of a path."""
         if path not in self.files:
             self.files[path] = read_obj(path)
         return self.files[path]
 
-    def bounds(self, path, matrix):
+    def bounds(self, path: Path, matrix: np.ndarray) -> np.ndarray | None:
         """Corners of a box around a mesh file under a matrix: (2, 3), or None if unreadable."""
         try:
             positions = self.read(path).positions
@@ -73,7 +87,7 @@ class Meshes:
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
 
-    def enclose(self, path, matrix, p):
+    def enclose(self, path: Path, matrix: np.ndarray, p: np.ndarray) -> bool:
         """Whether a mesh file under a matrix, (4, 4), winds around the point `p`, (3,)."""
         box = self.bounds(path, matrix)
         if box is None or np.any(p < box[0]) or np.any(p > box[1]):
@@ -84,7 +98,7 @@ class Meshes:
         ]
         return abs(winding_number(meshes, p)) > INSIDE
 
-    def parts(self, block, path, matrix):
+    def parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a mesh object.
 
         Args:
@@ -96,20 +110,20 @@ class Meshes:
             A list of `Part`.
 
         Raises:
-            SceneError: the OBJ file, or an MTL or picture file that it uses, cannot be read.
+            SceneError: the OBJ file, or an MTL file that it uses, cannot be read.
+            ImageError: a picture cannot be read.
         """
         try:
-            if path not in self.files and stock_serves(block, matrix) and features(path).plain:
+            plain = path not in self.files and stock_serves(block, matrix)
+            if plain and not stock_obstacle(path, flat=not block.smooth):
                 tint = reflectances(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
         except (MeshError, MtlError) as error:
             place = error.line or 0, error.column or 0
             raise SceneError(error.path, [Problem(*place, error.message, "asset")]) from None
-        except ImageError as error:
-            raise SceneError(error.path, [Problem(0, 0, error.message, "asset")]) from None
 
-    def bump(self, material, block, find):
+    def bump(self, material: Material | None, block: SceneObject, find: Find) -> Path | None:
         """Path of the bump map of a material, or None; a missing file is noted."""
         if material is None or material.map_bump is None:
             return None
@@ -119,24 +133,36 @@ class Meshes:
             block.lines.becomes("", "material-picture-missing", file=file, key="map_Bump")
         return path
 
-    def _parts(self, block, path, matrix):
+    def _parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a file with materials, vertex colours or other extensions."""
         obj = self.read(path)
         for line, note in obj.notes[:20]:
             block.lines.add("", note.at(f"{Path(path).name}:{line}"))
         library, folders = materials(obj, path, self.find, block)
 
-        def find(name):
-            near = (folder / name.replace("\\", "/") for folder in folders)
-            return self.find(name) or next((file for file in near if file.is_file()), None)
+        def find(name: str) -> Path | None:
+            for spelling in spellings(name):
+                near = (folder / spelling.replace("\\", "/") for folder in folders)
+                here = next((file for file in near if file.is_file()), None)
+                if (file := self.find(spelling) or here) is not None:
+                    return file
+            return None
 
         result = []
+        unknown = [g.material for g in obj.groups if g.material and not library.named(g.material)]
+        if unknown:
+            names = ", ".join(map(repr, unknown[:NAMES])) + (", …" if len(unknown) > NAMES else "")
+            block.lines.add("", make_note("material-undefined", names=names).at(Path(path).name))
         for index, group in enumerate(obj.groups):
-            material = library.get((group.material or "").casefold())
+            material = library.named(group.material) if group.material else None
             described = block if material is None else with_material(block, material)
             colored = group.colors is not None
             tint = reflectances(described, material, find, self.spectral, colored, block.color)
-            entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
+            smoothed = smooth(block, material)
+            if not smoothed and (tilted := face_normals(group)) is not None:
+                block.lines.remark("", "flat-vn")
+                group, smoothed = tilted, True
+            entry = mesh(obj, group, matrix, smoothed, block.normal < 0, tint)
             pictured = block.texture is not None or (material is not None and material.map_kd)
             opacity = None if material is None or pictured else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
@@ -145,7 +171,7 @@ class Meshes:
         return result
 
 
-def stock_serves(block, matrix):
+def stock_serves(block: SceneObject, matrix: np.ndarray) -> bool:
     """Whether Mitsuba's own reader could do for a mesh object.
 
     A bump map must know the mesh (see `bumps.texel_length`), and under a mirroring matrix the stock
@@ -157,7 +183,7 @@ def stock_serves(block, matrix):
     return block.bump_texture is None and not (mirrored and block.smooth)
 
 
-def stock_mesh(block, path, matrix):
+def stock_mesh(block: SceneObject, path: Path, matrix: np.ndarray) -> Entry:
     """The dictionary of a mesh that Mitsuba's own reader reads as we would, and faster."""
     entry = {
         "type": "obj",
@@ -169,46 +195,59 @@ def stock_mesh(block, path, matrix):
     return entry | ({"flip_normals": True} if turned else {})
 
 
-def materials(obj, path, find, block):
+def materials(
+    obj: ObjFile, path: Path, find: Find, block: SceneObject
+) -> tuple[Materials, list[Path]]:
     """The materials of all MTL files that an OBJ file names, and the folders of these files.
 
     A missing file is noted.
     """
-    library, folders = {}, [Path(path).parent]
-    for line, name in obj.mtllib:
+    library, folders = Materials(), [Path(path).parent]
+    read: set[Path] = set()
+    missing: dict[str, int] = {}
+
+    @functools.cache
+    def beside_or_found(name: str) -> Path | None:
         beside = Path(path).parent / name.replace("\\", "/")
-        file = beside if beside.is_file() else find(name)
-        if file is None:
-            missing = make_note("material-library-missing", name=name)
-            block.lines.add("", missing.at(f"{Path(path).name}:{line}"))
-            continue
-        found = read_mtl(file)
-        for line, note in found.notes[:20]:
-            block.lines.add("", note.at(f"{Path(file).name}:{line}"))
-        library.update(found)
-        folders.append(Path(file).parent)
+        return beside if beside.is_file() else find(name)
+
+    for line, text in obj.mtllib:
+        for name in library_names(text, lambda name: beside_or_found(name) is not None):
+            file = beside_or_found(name)
+            if file is None:
+                missing.setdefault(name, line)
+            elif file not in read:
+                read.add(file)
+                found = read_mtl(file)
+                for number, note in found.notes[:20]:
+                    block.lines.add("", note.at(f"{Path(file).name}:{number}"))
+                library.update(found)
+                folders.append(Path(file).parent)
+    for name, line in list(missing.items())[:NAMES]:
+        note = make_note("material-library-missing", name=name)
+        block.lines.add("", note.at(f"{Path(path).name}:{line}"))
     return library, folders
 
 
-def with_material(block, material):
+def with_material(block: SceneObject, material: Material) -> SceneObject:
     """An object with what an MTL material sets (section 12.2)."""
-    changes = {}
+    changes: dict[str, Any] = {}
     if material.color is not None and material.map_kd is None:
         changes["color"] = material.color
     if material.specular is not None:
         is_diffuse = block.reflection.kind in (None, "diffuse")
         changes["specular"] = BLACK if is_diffuse else material.specular
-    kind = KINDS.get(material.reflection)
-    if kind is not None:
-        changes |= reflecting(kind, material)
+    if material.reflection is not None:
+        changes |= reflecting(material.reflection, material)
     return dataclasses.replace(block, **changes)
 
 
-def reflecting(kind, material):
-    """What `#REFLECTION` and the keys that depend on it set."""
+def reflecting(code: int, material: Material) -> dict[str, Any]:
+    """What a `#REFLECTION` code and the keys that depend on it set."""
+    kind = KINDS[code]
     color, specular = material.color or BLACK, material.specular or BLACK
-    changes = {
-        "reflection": Reflection(kind, subsurface=material.reflection >= 5),
+    changes: dict[str, Any] = {
+        "reflection": Reflection(kind, subsurface=code >= 5),
         "emission": material.emission or BLACK,
         "refractive_index": material.ni or 0.0,
         "roughness": material.diffuse_weight,
@@ -222,16 +261,36 @@ def reflecting(kind, material):
     return changes
 
 
-def reflectances(block, material, find, spectral, colored=False, object_color=None):
-    """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12)."""
+def reflectances(
+    block: SceneObject,
+    material: Material | None,
+    find: Find,
+    spectral: bool,
+    colored: bool = False,
+    object_color: Color | None = None,
+) -> Reflectances:
+    """The `Reflectances` of a part: a picture, vertex colours or plain ones (sections 11.2, 12).
+
+    Args:
+        block: the object, with what its material sets.
+        material: the MTL material, or None.
+        find: function from the name of a picture to its path.
+        spectral: whether the scene is rendered by wavelength.
+        colored: whether the mesh has vertex colours.
+        object_color: colour of the object itself, a factor of the material's picture.
+
+    Raises:
+        ImageError: a picture cannot be read.
+    """
     if block.texture is not None:
         if material is not None and material.map_kd is not None:
             block.lines.remark("texture", "texture-over-map")
         picture = load_texture(
-            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
+            find(block.texture), flip=False, spectral=spectral
         )
         return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:
+        assert object_color is not None
         file = material.map_kd.file
         path = find(file)
         if path is None:
@@ -239,30 +298,87 @@ def reflectances(block, material, find, spectral, colored=False, object_color=No
             return Reflectances(object_color, block.specular)
         if any(block.emission) and material.emission:
             block.lines.becomes("", "emission-not-textured")
-        u, v, _ = material.map_kd.scale
-        du, dv, _ = material.map_kd.offset
-        picture = load_texture(
-            path,
-            flip=False,
-            repeat=material.repeat or block.repeat,
-            uv_scale=(u, v),
-            uv_offset=(du, -dv),
-            spectral=spectral,
-        )
+        picture = material_texture(material.map_kd, path, material.repeat or 1, spectral)
         return Reflectances(times(picture, object_color), block.specular)
     if colored and (material is None or material.color is None):
         return Reflectances(VertexColor(), block.specular)
     return Reflectances(block.color, block.specular)
 
 
-def smooth(block, material):
+def material_texture(map_kd: TextureMap, path: Path, repeat: int, spectral: bool) -> Texture:
+    """The picture of a material with its options: u and v become scale times them plus offset.
+
+    Args:
+        map_kd: the options.
+        path: the picture.
+        repeat: how often it repeats along each side of the unit square, after scale and offset.
+        spectral: whether the scene is rendered by wavelength.
+
+    Raises:
+        ImageError: the picture cannot be read.
+    """
+    u, v, _ = map_kd.scale
+    du, dv, _ = map_kd.offset
+    # Meshes have 1 - v: 1 - r (s v + o) = r s (1 - v) + (1 - r s) - r o.
+    turned = 1 - repeat * v
+    if not map_kd.clamp:
+        turned %= 1  # 0 where the picture's repetitions fall on each other
+    texture = load_texture(
+        path,
+        flip=False,
+        repeat=repeat,
+        uv_scale=(u, v),
+        uv_offset=(du, turned / repeat - dv),
+        clamp=map_kd.clamp,
+        spectral=spectral,
+    )
+    return texture.adjusted(map_kd.base, map_kd.gain)
+
+
+def smooth(block: SceneObject, material: Material | None) -> bool:
     """Whether normals are interpolated: `#SMOOTH` before `smooth`."""
     if material is not None and material.smooth is not None:
         return material.smooth != 0
     return block.smooth
 
 
-def mesh(obj, group, matrix, smoothed, turned, tint):
+def face_normals(group: Group) -> Group | None:
+    """A group whose faces are shaded, flat, with the mean of their corners' normals (row flat-vn).
+
+    Returns:
+        The group with corners of its own for each face; None where the file has no normals, or all
+        of these means are the normals of the faces, up to `UPRIGHT`.
+    """
+    if group.normals is None:
+        return None
+    mean = group.normals[group.faces].sum(axis=1)
+    a, b, c = (group.vertices[group.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    length, size = (np.linalg.norm(x, axis=1, keepdims=True) for x in (mean, across))
+    usable = length > 1e-6
+    mean = np.where(usable, mean / np.where(usable, length, 1), across / np.maximum(size, 1e-300))
+    if np.all((mean * across).sum(axis=1) >= (1 - UPRIGHT) * size[:, 0]):
+        return None
+    corners = group.faces.ravel()
+    return dataclasses.replace(
+        group,
+        vertices=group.vertices[corners],
+        faces=np.arange(len(corners), dtype=np.int32).reshape(-1, 3),
+        normals=np.repeat(mean, 3, axis=0),
+        uv=None if group.uv is None else group.uv[corners],
+        colors=None if group.colors is None else group.colors[corners],
+        source=group.source[corners],
+    )
+
+
+def mesh(
+    obj: ObjFile,
+    group: Group,
+    matrix: np.ndarray,
+    smoothed: bool,
+    turned: bool,
+    tint: Reflectances,
+) -> Entry:
     """The dictionary of one group of faces under a matrix."""
     normals = None
     if smoothed:

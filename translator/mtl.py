@@ -6,11 +6,17 @@ language need several keys at once and are properties of `Material`: `color` and
 `diffuse_weight` (``#ROUGHNESS``).
 """
 
+from __future__ import annotations
+
 import math
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from . import files_read
+from .mtl_names import spellings, without_comment
+from .outcome_rows import Note
 from .outcomes import make_note
 
 MAX_BYTES = 16 << 20
@@ -30,7 +36,9 @@ class MtlError(Exception):
         message: what is wrong, without the place.
     """
 
-    def __init__(self, path, line, column, message):
+    def __init__(
+        self, path: str | Path, line: int | None, column: int | None, message: str
+    ) -> None:
         self.path, self.line, self.column, self.message = path, line, column, message
         place = [str(path)] + [str(n) for n in (line, column) if n is not None]
         super().__init__(f"{':'.join(place)}: {message}")
@@ -44,14 +52,15 @@ class TextureMap:
         file: name as written, without options.
         scale: factors (u, v, w) of ``-s``.
         offset: shifts (u, v, w) of ``-o``.
-        bump_multiplier: factor of ``-bm``.
-        clamp: ``-clamp on``: nothing outside [0, 1] in u and v.
+        base, gain: ``-mm``: a texel x is used as base + gain x.
+        clamp: ``-clamp on``: outside [0, 1] in u and v the texels at the edge go on.
     """
 
     file: str
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    bump_multiplier: float = 1.0
+    base: float = 0.0
+    gain: float = 1.0
     clamp: bool = False
 
 
@@ -101,30 +110,26 @@ class Material:
     repeat: int | None = None
     lines: dict[str, int] = field(default_factory=dict)
 
-    def _later(self, *names):
-        given = [name for name in names if name in self.lines]
-        return max(given, key=self.lines.get) if given else None
+    def _is_later(self, name: str, other: str) -> bool:
+        return self.lines.get(name, 0) > self.lines.get(other, 0)
 
     @property
-    def color(self):
+    def color(self) -> RGB | None:
         """The later of ``Kd`` and ``#COLOR``, or None."""
-        name = self._later("kd", "extra_color")
-        return name and getattr(self, name)
+        return self.extra_color if self._is_later("extra_color", "kd") else self.kd
 
     @property
-    def specular(self):
+    def specular(self) -> RGB | None:
         """The later of ``Ks`` and ``#SPECULAR``, or None."""
-        name = self._later("ks", "extra_specular")
-        return name and getattr(self, name)
+        return self.extra_specular if self._is_later("extra_specular", "ks") else self.ks
 
     @property
-    def opacity(self):
+    def opacity(self) -> float | None:
         """The later of ``d`` and 1 - ``Tr``, or None."""
-        name = self._later("d", "tr")
-        return name and (self.d if name == "d" else 1 - self.tr)
+        return 1 - self.tr if self.tr is not None and self._is_later("tr", "d") else self.d
 
     @property
-    def diffuse_weight(self):
+    def diffuse_weight(self) -> float | None:
         """Share r of the Lambertian part for these faces, None without ``#REFLECTION``.
 
         r is the last ``#ROUGHNESS``; for the kinds 0 and 1 one that precedes ``#REFLECTION`` is
@@ -144,19 +149,30 @@ class Material:
         return 1.0 if self.reflection == 0 else 0.0
 
 
-class Materials(dict):
+class Materials(dict[str, Material]):
     """Materials of a file by lower-case name; the last of several equal names counts.
 
     Attributes:
         notes: (line, `Note`) of what was ignored or read otherwise than written.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
-        self.notes = []
+        self.notes: list[tuple[int, Note]] = []
+
+    def named(self, name: str) -> Material | None:
+        """The material of a name as written after ``usemtl``, or None.
+
+        What looks like a comment may be a part of the name, here and after ``newmtl``: the whole
+        name is looked for first.
+        """
+        for spelling in spellings(name):
+            if (found := self.get(spelling.casefold())) is not None:
+                return found
+        return None
 
 
-def read_mtl(path):
+def read_mtl(path: str | Path) -> Materials:
     """Read an MTL file.
 
     Args:
@@ -172,13 +188,14 @@ def read_mtl(path):
     return _Reader(path).read(_read_text(path))
 
 
-def _read_text(path):
+def _read_text(path: str | Path) -> str:
     try:
         if not Path(path).is_file():
             what = "is not a regular file" if Path(path).exists() else "does not exist"
             raise MtlError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
             raise MtlError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
+        files_read.note(path)
         raw = Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise MtlError(path, None, None, f"cannot be read: {error}") from error
@@ -202,33 +219,22 @@ _COLORS = {
 _FLOATS = {"ni": "ni", "ns": "ns", "d": "d", "tr": "tr", "#ROUGHNESS": "roughness"}
 _INTEGERS = {"#REFLECTION": "reflection", "#SMOOTH": "smooth", "#REPEAT": "repeat"}
 _SHARES = {"d", "tr", "roughness"}
-_MAP_OPTIONS = {
-    "-s": 3,
-    "-o": 3,
-    "-t": 3,
-    "-mm": 2,
-    "-bm": 1,
-    "-clamp": 1,
-    "-blendu": 1,
-    "-blendv": 1,
-    "-boost": 1,
-    "-texres": 1,
-    "-cc": 1,
-    "-imfchan": 1,
-    "-type": 1,
-}
+_MAP_OPTIONS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2} | dict.fromkeys(
+    ["-bm", "-clamp", "-blendu", "-blendv", "-boost", "-texres", "-cc", "-imfchan", "-type"], 1
+)
+"""Most values of each option."""
 
 
-def _indent(line):
+def _indent(line: str) -> int:
     return len(line) - len(line.lstrip())
 
 
 class _Reader:
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         self.path = path
         self.found = Materials()
-        self.material = None
-        self.unknown = set()
+        self.material: Material | None = None
+        self.unknown: set[str] = set()
         self.number = 0
 
     def read(self, text):
@@ -250,7 +256,7 @@ class _Reader:
         elif self.material is None:
             self.note("mtl-before-newmtl", key=repr(key))
         elif key.startswith("map_kd"):
-            self.store("map_kd", self.texture(line, rest))
+            self.store("map_kd", self.texture(line, rest, ("-s", "-o", "-mm", "-clamp")))
         elif key in ("map_bump", "bump"):
             self.store("map_bump", self.texture(line, rest))
         elif key in _COLORS:
@@ -276,13 +282,20 @@ class _Reader:
         return False
 
     def begin(self, line, name):
-        if not name:
-            raise self.error(_indent(line), "newmtl without a name")
-        if name.casefold() in self.found:
-            self.note("mtl-defined-again", name=repr(name))
-            del self.found[name.casefold()]
         self.material = Material(name, self.number)
+        if not name:
+            self.note("newmtl-without-name")
+            return
+        if self.defined(name):
+            self.note("mtl-defined-again", name=repr(name))
+        self.found.pop(name.casefold(), None)
         self.found[name.casefold()] = self.material
+        self.found.setdefault(without_comment(name).casefold(), self.material)
+
+    def defined(self, name):
+        """Whether there is a material of that very name, not only one with a comment behind it."""
+        before = self.found.get(name.casefold())
+        return before is not None and before.name.casefold() == name.casefold()
 
     def color(self, line, key):
         words = line.split("#")[0].split() if not key.startswith("#") else line.split()
@@ -313,13 +326,15 @@ class _Reader:
             raise self.error(_indent(line), "#REFLECTION takes 0 to 8")
         self.store(_INTEGERS[key], int(value))
 
-    def texture(self, line, rest):
+    def texture(self, line: str, rest: str, used: tuple[str, ...] = ()) -> TextureMap:
+        """A picture with the options that are of use; others are noted."""
         words = [(m.start(), m.group()) for m in re.finditer(r"\S+", rest)]
         shift = line.index(rest)
-        given, at = {}, 0
-        while at < len(words) and words[at][1] in _MAP_OPTIONS:
-            option, at = words[at][1], at + 1
-            values = []
+        given: dict[str, list[tuple[int, str]]] = {}
+        at = 0
+        while at < len(words) and words[at][1].lower() in _MAP_OPTIONS:
+            option, at = words[at][1].lower(), at + 1
+            values: list[tuple[int, str]] = []
             while at < len(words) - 1 and len(values) < _MAP_OPTIONS[option]:
                 if values and not _NUMBER.fullmatch(words[at][1]):
                     break
@@ -328,25 +343,31 @@ class _Reader:
             given[option] = values
         if at == len(words):
             raise self.error(_indent(line), "no file name")
-        return TextureMap(rest[words[at][0] :], **self.options(given))
+        return TextureMap(rest[words[at][0] :], **self.options(given, used))
 
-    def options(self, given):
-        result = {}
+    def options(
+        self, given: dict[str, list[tuple[int, str]]], used: tuple[str, ...]
+    ) -> dict[str, Any]:
+        """What options mean to `TextureMap`."""
+        result: dict[str, Any] = {}
         for option, values in given.items():
-            if option in ("-s", "-o"):
+            words = [word for _, word in values]
+            if option not in used:
+                self.note("mtl-option-ignored", option=repr(option))
+            elif option in ("-s", "-o"):
                 default = 1.0 if option == "-s" else 0.0
                 numbers = [self.parse(*value) for value in values]
                 numbers += [default] * (3 - len(numbers))
                 result["scale" if option == "-s" else "offset"] = tuple(numbers)
-            elif option == "-bm" and values:
-                result["bump_multiplier"] = self.parse(*values[0])
-            elif option == "-clamp" and values:
-                result["clamp"] = values[0][1] == "on"
+            elif option == "-mm" and len(values) == 2:
+                result["base"], result["gain"] = (self.parse(*value) for value in values)
+            elif option == "-clamp" and words and words[0].lower() in ("on", "off"):
+                result["clamp"] = words[0].lower() == "on"
             else:
-                self.note("mtl-option-ignored", option=repr(option))
+                self.note("mtl-option-ignored", option=repr(" ".join([option, *words])))
         return result
 
-    def numbers(self, line, count):
+    def numbers(self, line: str, count: int) -> list[float]:
         """The first numbers after the keyword; anything after them is noted."""
         words = [(m.start(), m.group()) for m in re.finditer(r"\S+", line)]
         if len(words) <= count:
@@ -357,17 +378,18 @@ class _Reader:
             self.note("mtl-extra-ignored", text=repr(text))
         return [self.parse(*word) for word in words[1 : count + 1]]
 
-    def parse(self, offset, word):
+    def parse(self, offset: int, word: str) -> float:
         if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
             raise self.error(offset, f"{word!r} is not a finite number")
         return float(word)
 
-    def note(self, code, /, **values):
+    def note(self, code: str, /, **values: Any) -> None:
         self.found.notes.append((self.number, make_note(code, **values)))
 
-    def store(self, attribute, value):
+    def store(self, attribute: str, value: Any) -> None:
+        assert self.material is not None
         setattr(self.material, attribute, value)
         self.material.lines[attribute] = self.number
 
-    def error(self, offset, message):
+    def error(self, offset: int, message: str) -> MtlError:
         return MtlError(self.path, self.number, offset + 1, message)

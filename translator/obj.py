@@ -2,60 +2,46 @@
 
 Mitsuba's stock ``obj`` plugin is the fastest reader there is, but it ignores vertex colours and
 materials, refuses negative indices, and returns uninitialised memory for several malformed files.
-`features` scans a file for everything the stock plugin would get wrong; only where it says `plain`
-may the file go there. (Should the stock plugin still refuse such a file, `read_obj` says where the
-mistake is.) `read_obj` reads every file, in bulk: the lines are sorted by keyword, and the numbers
-of all lines of a keyword are converted at once.
+`obj_scan.stock_obstacle` scans a file for all that the stock plugin would get wrong; only where it
+finds nothing may the file go there. `read_obj` reads every file, in bulk: the lines are sorted by
+keyword, and the numbers of all lines of a keyword are converted at once.
 
 Coordinates are those of the file: v of a texture coordinate grows upwards, where the stock plugin
 by default hands on 1 - v.
 """
 
+from __future__ import annotations
+
+import bisect
 import re
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from .obj_model import (
-    MAX_BYTES,
-    Group,
-    MeshError,
-    ObjFile,
-    keep_freed_memory,
-    open_mesh,
-    vertex_normals,
-)
-from .obj_scan import NotPlainError, PlainScan
+from .obj_faces import CornerTables, triangulated
+from .obj_model import Group, MeshError, ObjFile, keep_freed_memory, open_mesh
 from .obj_text import (
     BLANK,
     MAX_DIGITS,
     MalformedError,
+    Table,
     column,
     corners,
     decimals,
     decode,
-    fan,
     join_lines,
     parse_lines,
     split_by_label,
     unify,
 )
+from .outcome_rows import Note
 from .outcomes import make_note
 
-__all__ = [
-    "MAX_BYTES",
-    "Features",
-    "Group",
-    "MeshError",
-    "ObjFile",
-    "features",
-    "plain",
-    "read_obj",
-    "vertex_normals",
-]
-
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NO_NUMBER = re.compile(rb"[+-]?(nan(\(\w*\))?|inf(inity)?)", re.IGNORECASE)
+_MICROSOFT = re.compile(rb"1\.#(IND|QNAN|SNAN|INF)\w*")
 _CORNER = re.compile(rb"[+-]?\d+(/([+-]?\d+)?(/([+-]?\d+)?)?)?")
+_BLANKED = bytes(c if c in b"\t\n" or c > 31 else 32 for c in range(256))
 _INDENT = re.compile(rb"[ \t]*")
 _INDENTS = re.compile(rb"^[ \t]+", re.MULTILINE)
 _COMMENT = re.compile(rb"#[^\n]*")
@@ -64,62 +50,22 @@ _IGNORED = {b"", b"g", b"o", b"s"}
 _V, _VT, _VN, _F, _USEMTL, _MTLLIB, _OTHER = range(7)
 _KEYWORDS = (b"v", b"vt", b"vn")
 _ATTRIBUTES = ("vertex", "texture coordinate", "normal")
+_FEWEST = {_V: 3, _VT: 1, _VN: 3}
+_REPAIRS = (
+    "colors-not-finite",
+    "texture-coordinates-not-finite",
+    "normals-not-finite",
+)
+_LARGEST = (2 - 2.0**-23) * 2.0**127  # of single precision
 
 
-@dataclass(frozen=True)
-class Features:
-    """Whether Mitsuba's stock ``obj`` plugin reads a file as `read_obj` does.
-
-    Attributes:
-        plain: True if it does.
-        reason: why not, None where it does.
-        has_normals: all corners name a normal (known only where plain).
-        has_uv: all corners name a texture coordinate (known only where plain).
-    """
-
-    plain: bool
-    reason: str | None
-    has_normals: bool
-    has_uv: bool
-
-
-def plain(path):
-    """True if Mitsuba's stock ``obj`` plugin reads the file as `read_obj` does; see `features`."""
-    return features(path).plain
-
-
-def features(path):
-    """Scan an OBJ file for what Mitsuba's stock plugin ignores or misreads.
-
-    Plain files consist of ``v``, ``vt``, ``vn``, ``f``, comments and grouping lines; their faces
-    are triangles and quads with positive indices that all name the same attributes; the last
-    vertex has no colour. Ranges of indices are left to the stock plugin, which checks them.
-
-    Args:
-        path: OBJ file.
-
-    Returns:
-        `Features`.
-
-    Raises:
-        MeshError: the file cannot be opened or is too large.
-    """
-    scan = PlainScan()
-    keep_freed_memory()
-    try:
-        with open_mesh(path) as file:
-            scan.read(file)
-    except NotPlainError as reason:
-        return Features(False, str(reason), False, False)
-    return Features(True, None, "n" in scan.attributes, "t" in scan.attributes)
-
-
-def read_obj(path):
+def read_obj(path: str | Path) -> ObjFile:
     """Read an OBJ file.
 
     Faces may have any number of corners of the forms a, a/b, a//c and a/b/c with positive or
     negative indices. Vertex colours count if the last ``v`` line has at least six numbers.
-    ``usemtl`` names that differ only in case are one material.
+    ``usemtl`` names that differ only in case are one material. Normals and texture coordinates that
+    are no numbers (``nan``) count as none and as 0.
 
     Args:
         path: OBJ file.
@@ -129,7 +75,7 @@ def read_obj(path):
 
     Raises:
         MeshError: no regular file, too large, not text, a malformed or non-finite number, an index
-            that is 0 or names nothing, a face with fewer than three corners, no faces.
+            that is 0 or names nothing, a vertex beyond single precision, no faces.
     """
     keep_freed_memory()
     with open_mesh(path) as file:
@@ -137,33 +83,39 @@ def read_obj(path):
 
 
 class _Reader:
-    """One reading of one file: `data` is its text with all line ends as line feeds."""
+    """One reading of one file: `data` is its text with all line ends as line feeds and all
+    other control characters as blanks."""
 
-    def __init__(self, path, data):
+    def __init__(self, path: str | Path, data: bytes) -> None:
         self.path = path
-        self.notes = []
+        self.notes: list[tuple[int, Note]] = []
         if b"\0" in data:
             line = data.count(b"\n", 0, data.index(b"\0")) + 1
             raise MeshError(path, line, None, "binary data: this is no OBJ text file")
         data = data.removeprefix(b"\xef\xbb\xbf") + b"\n"
+        if b".#" in data:  # not the beginning of a comment
+            data = _MICROSOFT.sub(lambda found: b"nan".ljust(len(found[0])), data)
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-        self.data, self.joints = join_lines(data)
+        self.data, self.joints = join_lines(data.translate(_BLANKED))
         self.starts, self.kinds = self.classify()
 
-    def read(self):
+    def read(self) -> ObjFile:
         v, vt, vn = (self.numbers(kind) for kind in (_V, _VT, _VN))
         positions, colors = self.vertices(*v)
-        uv = np.stack([column(vt, 0), column(vt, 1)], axis=1)
+        uv = texture_coordinates(vt)
         normals = np.stack([column(vn, k) for k in range(3)], axis=1)
-        faces, counts = self.corners((len(positions), len(uv), len(normals)))
-        triangles, owner = fan(faces, counts)
-        self.note_polygons(counts)
-        materials, labels = self.materials()
+        lines, faces, counts = self.corners((len(positions), len(uv), len(normals)))
+        triangles, owner, concave = triangulated(faces, counts, positions)
+        if len(concave):
+            self.note_faces(lines[concave], "concave-faces")
+        materials, labels = self.materials(lines)
+        tables = CornerTables(positions, uv, normals, triangles)
         groups = []
         for label, members in split_by_label(labels[owner]):
-            tables = positions, uv, normals, colors
-            groups.append(self.group(triangles[members], *materials[label], *tables))
+            name, line = materials[label]
+            share = triangles[members], lines[owner[members]]
+            groups.append(self.group(*share, name, line, tables, positions, colors))
         self.note_other_lines()
         mtllib = [
             (self.place(self.starts[i])[0], name)
@@ -182,7 +134,9 @@ class _Reader:
         starts = np.concatenate(([0], ends[:-1] + 1))
         indented = np.flatnonzero((text[starts] == 32) | (text[starts] == 9))
         for line in indented:
-            starts[line] = _INDENT.match(self.data, starts[line]).end()
+            indent = _INDENT.match(self.data, starts[line])
+            assert indent is not None  # it may be empty
+            starts[line] = indent.end()
         self.ends = ends
         self.indented = len(indented) > 0
         padded = np.concatenate((text, np.full(2, 10, np.uint8)))
@@ -206,15 +160,18 @@ class _Reader:
         words = self.line(index).split(None, 1)
         return decode(words[1].strip()) if len(words) > 1 else ""
 
-    def place(self, offset):
+    def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset in the file as it was."""
-        before = [joint for joint in self.joints if joint < offset]
-        line = self.data.count(b"\n", 0, offset) + len(before) + 1
-        start = max(self.data.rfind(b"\n", 0, offset), *before[-1:], -1)
-        return line, int(offset - start)
+        index = int(np.searchsorted(self.starts, offset, side="right")) - 1
+        joints = bisect.bisect_left(self.joints, offset)
+        start = self.ends[index - 1] if index else -1
+        if joints:
+            start = max(start, self.joints[joints - 1])
+        return index + joints + 1, int(offset - start)
 
-    def error(self, offset, message):
-        return MeshError(self.path, *self.place(offset), message)
+    def error(self, offset: int, message: str) -> MeshError:
+        line, column = self.place(offset)
+        return MeshError(self.path, line, column, message)
 
     def lines_of(self, kind):
         """Line indices of a kind, and their text, comments and keywords blanked."""
@@ -245,8 +202,11 @@ class _Reader:
         try:
             values, counts = parse_lines(text, _KEYWORDS[kind], decimals)
         except MalformedError as error:
-            raise self.bad_number(lines) from error
-        need = 2 if kind == _VT else 3
+            usable = self.repaired(kind, lines)
+            if usable is None:
+                raise self.bad_number(lines) from error
+            values, counts = parse_lines(usable, _KEYWORDS[kind], decimals)
+        need = _FEWEST[kind]
         short = np.flatnonzero(counts < need)
         if len(short):
             message = f"{_ATTRIBUTES[kind]} with {counts[short[0]]} of {need} numbers"
@@ -256,14 +216,37 @@ class _Reader:
     def bad_number(self, lines):
         for line in lines:
             for offset, token in self.tokens(line):
-                if not _NUMBER.fullmatch(token) or not np.isfinite(float(token)):
+                if not _is_finite(token):
                     return self.error(offset, f"{decode(token)!r} is not a finite number")
         raise AssertionError("every token is a number")
+
+    def repaired(self, kind, lines):
+        """The text of the lines of a kind with numbers in place of what is none and may be missing;
+        None where others are no numbers."""
+        texts, wrong = [], []
+        for line in lines:
+            words = [token for _, token in self.tokens(line)]
+            bad = [k for k, word in enumerate(words) if not _is_finite(word)]
+            if bad:
+                if not _may_be_missing(kind, words, bad):
+                    return None
+                wrong.append(line)
+                filled = b"1" if kind == _V else b"0"
+                words = [
+                    filled if k in bad or kind == _VN else word for k, word in enumerate(words)
+                ]
+            texts.append(b" ".join([_KEYWORDS[kind], *words]))
+        self.note_faces(np.array(wrong), _REPAIRS[kind])
+        return b"\n".join([*texts, b""])
 
     def vertices(self, values, counts):
         """Positions (N, 3), and colours (N, 3) or None."""
         table = values, counts
         positions = np.stack([column(table, k) for k in range(3)], axis=1)
+        far = np.flatnonzero((np.abs(positions) > _LARGEST).any(axis=1))
+        if len(far):
+            line = np.flatnonzero(self.kinds == _V)[far[0]]
+            raise self.error(self.starts[line], "a vertex beyond single precision")
         if not len(counts) or counts[-1] < 6:
             return positions, None
         short = counts < 6
@@ -280,7 +263,8 @@ class _Reader:
     # -- faces ----------------------------------------------------------------------------------
 
     def corners(self, sizes):
-        """Corners of all faces as indices from 0 (C, 3), -1 for none; corners of each face."""
+        """Lines of all faces, their corners as indices from 0 (C, 3), -1 for none, and how many
+        corners each has."""
         lines, text = self.lines_of(_F)
         if not len(lines):
             raise MeshError(self.path, None, None, "has no faces")
@@ -288,12 +272,20 @@ class _Reader:
             found, counts = parse_lines(text, b"f", corners)
         except MalformedError as error:
             raise self.bad_corner(lines) from error
-        short = np.flatnonzero(counts < 3)
-        if len(short):
-            message = f"face with {counts[short[0]]} of at least 3 corners"
-            raise self.error(self.starts[lines[short[0]]], message)
+        short = counts < 3
+        if short.any():
+            if short.all():
+                message = f"face with {counts[0]} of at least 3 corners"
+                raise self.error(self.starts[lines[0]], message)
+            self.note_faces(lines[short], "faces-of-few-corners")
+            found = found[np.repeat(~short, counts)]
+            lines, counts = lines[~short], counts[~short]
         for k, size in enumerate(sizes):
             index = found[:, k]
+            if k and not size and index.any():
+                naming = np.repeat(lines, counts)[index != 0]
+                self.note_faces(naming, "attribute-missing", attribute=_ATTRIBUTES[k])
+                index[:] = 0
             negative = index < 0
             if negative.any():
                 seen = np.cumsum(self.kinds == (_V, _VT, _VN)[k])[lines]
@@ -302,7 +294,7 @@ class _Reader:
             wrong = np.flatnonzero(index > size)
             if len(wrong):
                 raise self.missing(lines, counts, wrong[0], _ATTRIBUTES[k], size)
-        return found - 1, counts
+        return lines, found - 1, counts
 
     def bad_corner(self, lines):
         for line in lines:
@@ -321,14 +313,14 @@ class _Reader:
         offset, token = self.tokens(lines[face])[corner - (np.cumsum(counts) - counts)[face]]
         return self.error(offset, f"{decode(token)!r} names no {what}: there are {size}")
 
-    def note_polygons(self, counts):
-        many = np.flatnonzero(counts > 4)
-        if len(many):
-            line = self.place(self.starts[np.flatnonzero(self.kinds == _F)[many[0]]])[0]
-            self.notes.append((line, make_note("many-cornered-faces", count=len(many))))
+    def note_faces(self, lines, code, /, **values):
+        """Note, at the first of some lines, how many there are."""
+        line = self.place(self.starts[lines.min()])[0]
+        note = make_note(code, count=len(np.unique(lines)), **values)
+        self.notes.append((line, note))
 
     def note_other_lines(self):
-        seen = {}
+        seen: dict[bytes, int] = {}
         for line in np.flatnonzero(self.kinds == _OTHER).tolist():
             word = (self.line(line).split(None, 1) or [b""])[0]
             if word not in _IGNORED and not word.startswith(b"#"):
@@ -339,11 +331,12 @@ class _Reader:
 
     # -- groups ---------------------------------------------------------------------------------
 
-    def materials(self):
-        """[(name, line)] and the material of each face as an index into it."""
+    def materials(self, faces):
+        """[(name, line)] and the material of each face, given its line, as an index into it."""
         switches = np.flatnonzero(self.kinds == _USEMTL)
-        faces = np.flatnonzero(self.kinds == _F)
-        materials, known, labels = [(None, None)], {}, [0]
+        materials: list[tuple[str | None, int | None]] = [(None, None)]
+        known: dict[str, int] = {}
+        labels = [0]
         for switch in switches:
             name = self.rest(switch)
             if name.casefold() not in known:
@@ -352,28 +345,50 @@ class _Reader:
             labels.append(known[name.casefold()])
         return materials, np.array(labels)[np.searchsorted(switches, faces)]
 
-    def group(self, triangles, name, line, positions, uv, normals, colors):
+    def group(self, triangles, lines, name, line, tables, positions, colors):
+        triangles = triangles.copy()
+        if len(bare := tables.complete_uv(triangles)):
+            self.note_faces(lines[bare], "corners-without-texture-coordinate")
+        if len(bare := tables.complete_normals(triangles)):
+            self.note_faces(lines[bare], "corners-without-normal")
         corners = triangles.reshape(-1, 3)
-        given = corners.min(axis=0) >= 0
-        for k in np.flatnonzero(~given & (corners.max(axis=0) >= 0)):
-            where = f"material {name!r}" if name else "faces without material"
-            note = make_note("corners-without-attribute", where=where, attribute=_ATTRIBUTES[k])
-            self.notes.append((line or 1, note))
-        source, attributes, faces = unify(corners * given)
-        unit = None
-        if given[2]:
-            unit = normals[attributes[:, 1]]
-            length = np.linalg.norm(unit, axis=1, keepdims=True)
-            unit = unit / length if length.min() > 0 else None
-            if unit is None:
-                self.notes.append((line or 1, make_note("normals-of-length-zero")))
+        given = corners[0] >= 0
+        source, attributes, faces = unify(np.maximum(corners, 0))
         return Group(
             material=name,
+            normals=tables.normals[attributes[:, 1]] if given[2] else None,
+            uv=tables.uv[attributes[:, 0]] if given[1] else None,
             line=line,
             vertices=positions[source],
             faces=faces.reshape(-1, 3).astype(np.int32),
-            normals=unit,
-            uv=uv[attributes[:, 0]] if given[1] else None,
             colors=None if colors is None else colors[source],
             source=source,
         )
+
+
+def texture_coordinates(table: Table) -> np.ndarray:
+    """(u, v) of all ``vt`` lines, float64 (N, 2); v is 0 where a line has one number."""
+    values, counts = table
+    uv = np.zeros((len(counts), 2))
+    if len(counts):
+        uv[:, 0] = column(table, 0)
+        pairs = counts > 1
+        uv[pairs, 1] = values[(np.cumsum(counts) - counts)[pairs] + 1]
+    return uv
+
+
+def _may_be_missing(kind: int, words: list[bytes], bad: list[int]) -> bool:
+    """Whether the words that are no finite numbers belong to a colour, or are ``nan`` and the like.
+
+    Args:
+        kind: of the line.
+        words: all its values.
+        bad: which of them are no finite numbers.
+    """
+    if kind == _V:
+        return bad[0] >= 3 and len(words) >= 6
+    return all(_NUMBER.fullmatch(words[k]) or _NO_NUMBER.fullmatch(words[k]) for k in bad)
+
+
+def _is_finite(token: bytes) -> bool:
+    return bool(_NUMBER.fullmatch(token)) and bool(np.isfinite(float(token)))

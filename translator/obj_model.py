@@ -1,11 +1,15 @@
 """What reading an OBJ file gives, and how it fails."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
+from . import files_read
 from .outcome_rows import Note
 
 MAX_BYTES = 1 << 30
@@ -22,7 +26,9 @@ class MeshError(Exception):
         message: what is wrong, without the place.
     """
 
-    def __init__(self, path, line, column, message):
+    def __init__(
+        self, path: str | Path, line: int | None, column: int | None, message: str
+    ) -> None:
         self.path, self.line, self.column, self.message = path, line, column, message
         place = [str(path)] + [str(n) for n in (line, column) if n is not None]
         super().__init__(f"{':'.join(place)}: {message}")
@@ -36,9 +42,9 @@ class Group:
         material: name after ``usemtl`` in its first spelling, None before any ``usemtl``.
         line: line of the first such ``usemtl``, None where there is none.
         vertices: float64 (V, 3), in file units.
-        faces: int32 (F, 3) into `vertices`; polygons are fans about their first corner.
-        normals: unit vectors float64 (V, 3), or None where the file gives none for all corners.
-        uv: float64 (V, 2), v upwards, or None.
+        faces: int32 (F, 3) into `vertices`.
+        normals: unit vectors float64 (V, 3), or None where no corner names one.
+        uv: float64 (V, 2), v upwards, or None where no face names any.
         colors: linear RGB float64 (V, 3), or None.
         source: int64 (V,), index of the OBJ vertex behind each mesh vertex.
     """
@@ -59,7 +65,7 @@ class ObjFile:
 
     Attributes:
         groups: one `Group` per material that has faces, in order of appearance.
-        mtllib: names after ``mtllib``, with their lines, in file order.
+        mtllib: what stands after each ``mtllib``, with its line, in file order.
         notes: (line, `Note`) of what was read otherwise than written.
         positions: all vertices of the file, float64 (N, 3).
         triangles: all triangles as indices into `positions`, int64 (T, 3).
@@ -72,15 +78,15 @@ class ObjFile:
     triangles: np.ndarray = field(repr=False)
 
     @cached_property
-    def _normals(self):
+    def _normals(self) -> np.ndarray:
         return vertex_normals(self.positions, self.triangles)
 
-    def smooth_normals(self, group):
+    def smooth_normals(self, group: Group) -> np.ndarray:
         """Area-weighted normals of a group, float64 (V, 3), across texture seams and groups."""
         return self._normals[group.source]
 
 
-def vertex_normals(vertices, faces):
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area-weighted averages of the normals of the adjacent faces.
 
     Args:
@@ -102,7 +108,7 @@ def vertex_normals(vertices, faces):
     return np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
 
 
-def open_mesh(path):
+def open_mesh(path: str | Path) -> BinaryIO:
     """A regular file of acceptable size, opened for reading bytes."""
     try:
         if not Path(path).is_file():
@@ -110,12 +116,13 @@ def open_mesh(path):
             raise MeshError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
             raise MeshError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
+        files_read.note(path)
         return open(path, "rb", buffering=0)
     except (OSError, ValueError) as error:
         raise MeshError(path, None, None, f"cannot be read: {error}") from error
 
 
-def keep_freed_memory():
+def keep_freed_memory() -> None:
     """Let the C library reuse freed blocks below 16 MiB instead of returning them to the system.
 
     The bulk readers allocate arrays of some 100 KiB by the thousand. glibc at first returns each to

@@ -7,7 +7,11 @@ number over a power of ten, which one division rounds correctly. Blocks with exp
 digits go through `numpy.fromstring`.
 """
 
+from __future__ import annotations
+
 import warnings
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -23,15 +27,22 @@ _POWERS = 10.0 ** np.arange(17)
 _KEEP = np.array([0] + [(1 << 64) - (1 << 64 - 8 * k) for k in range(1, 9)], np.uint64)
 
 
+Table: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""All numbers of some lines, one behind the other, and how many each line has."""
+
+Convert: TypeAlias = Callable[[np.ndarray, np.ndarray, int], np.ndarray]
+"""`decimals` or `corners`: from bytes, the eight bytes from each on as one word, and a count."""
+
+
 class MalformedError(Exception):
     """Some value of a text is malformed; the caller looks for it line by line."""
 
 
-def column(table, k):
+def column(table: Table, k: int) -> np.ndarray:
     """The k-th number of every line.
 
     Args:
-        table: all numbers, and how many each line has.
+        table: the numbers.
         k: from 0, less than every count.
     """
     values, counts = table
@@ -40,7 +51,7 @@ def column(table, k):
     return values[np.cumsum(counts) - counts + k]
 
 
-def parse_lines(text, keyword, convert):
+def parse_lines(text: bytes, keyword: bytes, convert: Convert) -> Table:
     """Convert all lines of a keyword.
 
     Args:
@@ -56,8 +67,10 @@ def parse_lines(text, keyword, convert):
     """
     raw = np.full(len(text) + _PAD, 32, np.uint8)
     raw[_PAD:] = np.frombuffer(text, np.uint8)
-    words = np.ndarray(len(text) + _PAD - 7, "<u8", raw, strides=(1,))
-    values, counts, low = [], [], 0
+    words: np.ndarray = np.ndarray(len(text) + _PAD - 7, "<u8", raw, strides=(1,))
+    values: list[np.ndarray] = []
+    counts: list[np.ndarray] = []
+    low = 0
     while low < len(text):
         high = text.rfind(b"\n", low, low + _BLOCK) + 1 or text.find(b"\n", low) + 1
         block = raw[low + _PAD : high + _PAD]
@@ -75,7 +88,7 @@ def parse_lines(text, keyword, convert):
     return np.concatenate(values), np.concatenate(counts)
 
 
-def _digit_runs(block, words):
+def _digit_runs(block: np.ndarray, words: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Begin, end and value (at most 16 digits) of the runs of digits in a block."""
     digit = block - np.uint8(48) < 10
     edges = np.flatnonzero(digit[1:] != digit[:-1]) + 1
@@ -90,7 +103,7 @@ def _digit_runs(block, words):
     return begin, end, value.astype(np.int64)
 
 
-def _eight_digits(word, length):
+def _eight_digits(word: np.ndarray, length: np.ndarray) -> np.ndarray:
     """Value of the last `length` of eight digits, the first digit in the lowest byte."""
     word = word & np.uint64(0x0F0F0F0F0F0F0F0F) & _KEEP[length]
     word = word * np.uint64(10) + (word >> np.uint64(8))
@@ -99,7 +112,7 @@ def _eight_digits(word, length):
     return (low + high) >> np.uint64(32)
 
 
-def decimals(block, words, count):
+def decimals(block: np.ndarray, words: np.ndarray, count: int) -> np.ndarray:
     """The `count` decimal numbers of a block, float64."""
     try:
         values = _short_decimals(block, words)
@@ -110,7 +123,7 @@ def decimals(block, words, count):
     return values
 
 
-def _any_decimals(block):
+def _any_decimals(block: np.ndarray) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:
@@ -119,7 +132,7 @@ def _any_decimals(block):
             raise MalformedError from error
 
 
-def _short_decimals(block, words):
+def _short_decimals(block: np.ndarray, words: np.ndarray) -> np.ndarray:
     """Numbers without exponents of at most 15 digits; everything in the block must belong to one.
 
     A run of digits leads a number or, after a point, is its fraction.
@@ -154,7 +167,7 @@ def _short_decimals(block, words):
     return whole / _POWERS[digits.astype(np.int64)] * np.where(before == 45, -1.0, 1.0)
 
 
-def corners(block, words, count):
+def corners(block: np.ndarray, words: np.ndarray, count: int) -> np.ndarray:
     """The `count` corners of a block as written, int64 (count, 3); 0 where an index is absent."""
     begin, end, value = _digit_runs(block, words)
     before = block[begin - 1]
@@ -182,7 +195,7 @@ def corners(block, words, count):
     return found
 
 
-def _fields(block, start):
+def _fields(block: np.ndarray, start: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """For v, vt and vn: the corners that have it, and which of the numbers it is."""
     leads = block[start - 1] <= 32
     double = ~leads & (block[start - 2] == 47)
@@ -196,26 +209,17 @@ def _fields(block, start):
     return [(corner[chosen], chosen) for chosen in (leads, texture, double | third)]
 
 
-def fan(corners, counts):
-    """Triangles (T, 3 corners, 3 attributes) and the face that each belongs to."""
-    first = np.cumsum(counts) - counts
-    owner = np.repeat(np.arange(len(counts)), counts - 2)
-    base = first[owner]
-    step = np.arange(len(owner)) - (first - 2 * np.arange(len(counts)))[owner]
-    return corners[np.stack([base, base + step + 1, base + step + 2], axis=1)], owner
-
-
-def split_by_label(labels):
+def split_by_label(labels: np.ndarray) -> list[tuple[int, np.ndarray | slice]]:
     """(label, indices) for each label, in order of first appearance."""
     if (labels == labels[0]).all():
-        return [(labels[0], slice(None))]
+        return [(int(labels[0]), slice(None))]
     order = np.argsort(labels, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
-    parts.sort(key=lambda part: part[0])
-    return [(labels[part[0]], part) for part in parts]
+    parts.sort(key=lambda part: int(part[0]))
+    return [(int(labels[part[0]]), part) for part in parts]
 
 
-def unify(corners):
+def unify(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """One index per distinct corner.
 
     Most vertices of a mesh have one texture coordinate and normal only. So each vertex first takes
@@ -248,10 +252,11 @@ def unify(corners):
     return sources if known is None else known[sources], pairs, index
 
 
-def join_lines(data):
+def join_lines(data: bytes) -> tuple[bytes, list[int]]:
     """Blank the line ends that a backslash of a numeric line escapes; also their offsets."""
-    joints = []
-    pieces, done = [], 0
+    joints: list[int] = []
+    pieces: list[bytes] = []
+    done = 0
     at = data.find(b"\\\n")
     while at >= 0:
         start = data.rfind(b"\n", 0, at) + 1
@@ -265,7 +270,7 @@ def join_lines(data):
     return b"".join([*pieces, data[done:]]) if joints else data, joints
 
 
-def decode(raw):
+def decode(raw: bytes) -> str:
     """A name: UTF-8 where it is, else cp932."""
     try:
         return raw.decode("utf-8")

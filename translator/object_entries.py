@@ -9,22 +9,33 @@ from pathlib import Path
 import numpy as np
 
 from relume.translator import dense_media, environment_maps, geometry, lights, materials, media
-from relume.translator.assets import Find
+from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
 from relume.translator.enclosures import INSIDE, Enclosure, diameter, winding_number
+from relume.translator.file_problems import picture_problem
 from relume.translator.giant_spheres import Ball
 from relume.translator.images import ImageError
-from relume.translator.materials import Reflectances, plain_reflectances
+from relume.translator.materials import Reflectances
 from relume.translator.media import HomogeneousMedium
 from relume.translator.meshes import Meshes, Part
 from relume.translator.objects import SceneObject
 from relume.translator.outcome_rows import Note
-from relume.translator.reflectances import Texture, at_most_one, load_texture
+from relume.translator.reflectances import Texture, at_most_one
 from relume.translator.scene_geometry import SceneGeometry, box_corners
-from relume.translator.scene_values import Entry
-from relume.translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator.scene_values import Entry, rgb
+from relume.translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
+from relume.translator.surface_pictures import cut_out_disk, object_reflectances, picture_tiles
 from relume.translator.surfaces import ShapeBuilder
 
 
@@ -111,7 +122,7 @@ def translate_objects(scene: PlacedScene) -> tuple[Contents, list[Problem]]:
             line = block.lines.line() + 1
             problems += [Problem(line, 1, text, "asset") for text in error.described()]
         except ImageError as error:
-            problems.append(Problem(block.lines.line("texture"), 1, str(error), "asset"))
+            problems.append(picture_problem(block, scene.find, error))
     return Contents.of_all(parts), problems
 
 
@@ -130,11 +141,19 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
     name = f"object_{block.lines.line()}"
     matrix = scene.geometry.matrices[index]
     if (lamp := lights.lamp(block, matrix, scene.dialect, scene.dome)) is not None:
-        if not isinstance(block.shape, InfinityLight):
+        contents = {f"{name}_light": lamp}
+        if isinstance(block.shape, UVPlane) and scene.dialect == "prender":
+            block.lines.remark("", "parallel-lamp", dialect=scene.dialect)
+            contents[name] = lights.beam_shown(
+                block, scene.shapes.shape(index, block), scene.document
+            )
+        elif not isinstance(block.shape, InfinityLight):
             block.lines.becomes("", "lamp-not-shown")
-        return Contents({f"{name}_light": lamp})
+        return Contents(contents)
     if isinstance(block.shape, MeshFile):
         return mesh_object(scene, name, index, block)
+    if isinstance(block.shape, Disk | Annulus) and block.disk_map and block.disk_picture:
+        return Contents({name: cut_out_disk(scene, name, index, block)})
     if block.ibl_texture is not None:
         return Contents({name: image_based_light(scene, name, index, block)})
     shape = scene.shapes.shape(index, block)
@@ -142,13 +161,14 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         color = materials.entry(block.color)
         block.lines.remark("shadow", "shadow")
         return Contents({name: shape | {"bsdf": {"type": "shadowcatcher", "reflectance": color}}})
-    return surface(scene, name, index, Part("", shape, block, object_reflectances(scene, block)))
+    reflectances = object_reflectances(scene, index, block)
+    return surface(scene, name, index, Part("", shape, block, reflectances))
 
 
 def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Contents:
     """The parts of a mesh object; arguments as `translate_object`."""
     assert isinstance(block.shape, MeshFile)
-    path = scene.find(block.shape.file)
+    path = existing(scene.find, block.shape.file)
     parts = scene.meshes.parts(block, path, scene.geometry.matrices[index])
     bounds = [part.entry["mesh"] for part in parts if part.block.reflection.subsurface]
     media.report_open_meshes(block, bounds)
@@ -166,7 +186,7 @@ def mesh_part(scene: PlacedScene, name: str, index: int, part: Part) -> Contents
     block = part.block
     if block.ibl_texture is None:
         return surface(scene, name, index, part)
-    pixels = environment_maps.picture(scene.find(block.ibl_texture), block)
+    pixels = environment_maps.picture(existing(scene.find, block.ibl_texture), block)
     shining = environment_maps.shining_surface(
         name, pixels, block.ibl_texture_coef, flip=False, spectral=scene.spectral
     )
@@ -176,10 +196,15 @@ def mesh_part(scene: PlacedScene, name: str, index: int, part: Part) -> Contents
 def image_based_light(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Entry:
     """An object with `ibl_texture`: a dome, an environment map, or a surface that shines."""
     assert block.ibl_texture is not None
-    pixels = environment_maps.picture(scene.find(block.ibl_texture), block)
+    pixels = environment_maps.picture(existing(scene.find, block.ibl_texture), block)
     if not isinstance(block.shape, Sphere | Hemisphere):
         return scene.shapes.shape(index, block) | environment_maps.shining_surface(
-            name, pixels, block.ibl_texture_coef, flip=True, spectral=scene.spectral
+            name,
+            pixels,
+            block.ibl_texture_coef,
+            flip=True,
+            spectral=scene.spectral,
+            tiles=picture_tiles(scene, "ibl_texture", block),
         )
     ball = scene.geometry.balls[index]
     if ball is None or index in scene.domes_by_direction:
@@ -196,15 +221,6 @@ def catches_shadows(document: Document, block: SceneObject) -> bool:
         block.lines.becomes("shadow", "no-image-based-light")
         return False
     return True
-
-
-def object_reflectances(scene: PlacedScene, block: SceneObject) -> Reflectances:
-    """The reflectances of a shape: `texture` replaces both colours (section 11.2)."""
-    if block.texture is None or isinstance(block.shape, Plane):
-        return plain_reflectances(block)
-    picture = load_texture(scene.find(block.texture), repeat=block.repeat, spectral=scene.spectral)
-    block.lines.becomes("color", "texture-replaces-color")
-    return Reflectances(picture, picture)
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,8 +298,12 @@ def surface(scene: PlacedScene, name: str, index: int, part: Part) -> Contents:
         shape["exterior"] = media.REFERENCE
     materials.report_surface(block)
     shape["bsdf"] = covered(scene, part, shape, inside.bsdf)
-    if any(block.emission):
-        shape = lights.shining(name, block, shape, scene.geometry, scene.document, index)
+    if block.is_backdrop:
+        shape = seen_unlit(scene, part, shape)
+    elif any(block.emission):
+        shape = lights.shining(
+            name, block, shape, scene.geometry, scene.document, index, scene.dialect
+        )
     elif any(scene.document.ambient):
         shape["emitter"] = lights.ambient(name, scene.document)
     found: Sequence[HomogeneousMedium] = () if inside.medium is None else (inside.medium,)
@@ -305,11 +325,39 @@ def camera_enclosures(
         n = geometry.normal(matrix, shape.normal) * (-1 if block.normal < 0 else 1)
         behind = (scene.geometry.camera - geometry.point(matrix, shape.point)) @ n < 0
         return (Enclosure(np.inf, medium),) if behind else ()
-    is_ball = isinstance(shape, Sphere) and block.normal >= 0
-    if is_ball and lights.encloses(shape, matrix, scene.geometry.camera):
+    if not isinstance(shape, Sphere) or block.normal < 0:
+        return ()
+    if lights.encloses(shape, matrix, scene.geometry.camera):
         size = 2 * shape.radius * abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3)
         return (Enclosure(float(size), medium),)
     return ()
+
+
+def seen_unlit(scene: PlacedScene, part: Part, shape: Entry) -> Entry:
+    """A shape that the camera sees in its unlit colour; for other surfaces it is an ordinary one.
+
+    Only `surfacepath` tells the two apart. Where a medium needs another integrator, the shape is
+    black to other surfaces.
+    """
+    block, color = part.block, part.reflectances.color
+    bsdf = shape["bsdf"]
+    block.lines.remark("background", "background-object")
+    if not lit_backdrops(scene.document):
+        block.lines.becomes("background", "backdrop-black")
+        black = environment_maps.BLACK
+        bsdf = bsdf | {"bsdf": black} if bsdf["type"] == "mask" else black
+    if isinstance(color, Texture):
+        radiance = environment_maps.radiance(color)
+    else:
+        assert isinstance(color, tuple)  # only meshes have vertex colours
+        radiance = rgb(color)
+    return shape | {"bsdf": bsdf, "emitter": lights.backdrop(radiance)}
+
+
+def lit_backdrops(document: Document) -> bool:
+    """Whether the integrator can light objects with `background` where they are not seen."""
+    translucent = any(block.reflection.subsurface for block in document.objects)
+    return not (document.participating_media or translucent)
 
 
 def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:
@@ -320,8 +368,12 @@ def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:
         bump = scene.find(block.bump_texture)
     if bump is not None:
         flip = not isinstance(block.shape, MeshFile)
-        bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip)
-        block.lines.becomes("bump_texture", "bump")
+        tiles = picture_tiles(scene, "bump_texture", block)
+        bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip, tiles=tiles)
+        if flip:
+            block.lines.becomes("bump_texture", "bump-shapes")
+        else:
+            block.lines.becomes("bump_texture", "bump")
     color = part.reflectances.color
     opacity: float | Entry | None = part.opacity
     if isinstance(color, Texture) and color.alpha is not None:

@@ -29,12 +29,13 @@ from relume.translator import (
     plan,
     precision,
 )
-from relume.translator.assets import Assets, Find
+from relume.translator.assets import Assets, Find, existing
 from relume.translator.darkness import empty_picture_notes
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS
 from relume.translator.document import Document
 from relume.translator.enclosures import medium_at_camera
+from relume.translator.file_problems import picture_problem
 from relume.translator.images import ImageError
 from relume.translator.meshes import Meshes
 from relume.translator.object_entries import Contents, PlacedScene, translate_objects
@@ -51,6 +52,7 @@ OWN_PLUGINS = {
     "schlickglass": "bsdf",
     "subsurface": "bsdf",
     "shadowcatcher": "bsdf",
+    "apparentlamp": "emitter",
     "domesun": "emitter",
     "parallelbeam": "emitter",
     "falloffspot": "emitter",
@@ -65,6 +67,7 @@ OWN_PLUGINS = {
     "surfacepath": "integrator",
     "hgrgb": "phase function",
     "screencamera": "sensor",
+    "spheremap": "texture",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
 
@@ -195,7 +198,8 @@ def obstacle_to_dipole(
         if not (block.reflection.subsurface and media.uses_dipole(block)):
             continue
         if isinstance(block.shape, MeshFile):
-            inside = meshes.enclose(find(block.shape.file), matrix, geometry.camera)
+            file = existing(find, block.shape.file)
+            inside = meshes.enclose(file, matrix, geometry.camera)
         else:
             inside = isinstance(block.shape, Sphere) and lights.encloses(
                 block.shape, matrix, geometry.camera
@@ -222,8 +226,7 @@ def translate_surroundings(
     try:
         background = environment_maps.background(document, scene.find)
     except ImageError as error:
-        line = document.lines.line("background_texture")
-        problems = [*problems, Problem(line, 1, str(error), "asset")]
+        problems = [*problems, picture_problem(document, scene.find, error)]
     if problems:
         raise SceneError(document.path, problems)
     background = background or lights.background(document)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relume.translator import geometry
-from relume.translator.assets import Find
+from relume.translator.assets import Find, existing
 from relume.translator.camera import view
 from relume.translator.document import Document
 from relume.translator.giant_spheres import Ball, Surroundings, is_giant, nearest_point
@@ -115,7 +115,7 @@ def measure(document: Document, dialect: str, meshes: Meshes, find: Find) -> Sce
         if k in giants:
             continue
         if isinstance(block.shape, MeshFile):
-            box = meshes.bounds(find(block.shape.file), m) if read_meshes else None
+            box = meshes.bounds(existing(find, block.shape.file), m) if read_meshes else None
         else:
             box = box_corners(block.shape, m, dialect)
         if box is not None:

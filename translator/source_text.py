@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 
+from relume.translator import files_read
 from relume.translator.diagnostics import Problem, SceneError
 
 MAX_BYTES = 32 * 2**20
@@ -39,6 +40,7 @@ def _read_bytes(path: FileName) -> bytes:
             raise SceneError(path, [Problem(0, 0, "is a directory, expected a scene file", "file")])
         if not stat.S_ISREG(mode):
             raise SceneError(path, [Problem(0, 0, "is no regular file", "file")])
+        files_read.note(path)
         with open(path, "rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:

@@ -21,6 +21,9 @@ from relume.translator.tiling import FARTHEST, REACH, tiled_plane
 SMALLEST_TILE = 1e-5
 """Least size of the tile of an infinite plane below the camera, in units of the largest height."""
 
+LEVEL = 1e-6
+"""X of a normal up to which the program takes it for 0."""
+
 ANNULUS_SEGMENTS = 1024
 """Segments of a ring: its edge is at most 5e-6 of the radius off the circle."""
 
@@ -125,11 +128,12 @@ class ShapeBuilder:
         return mesh_entry(mesh, block.normal < 0)
 
     def disk(self, block: SceneObject, shape: Disk, matrix: np.ndarray) -> Entry:
-        """A disk, tessellated where a matrix or a texture asks for more than the stock one has."""
+        """A disk, tessellated where a matrix or a picture asks for more than the stock one has."""
+        self.report_disk(block)
         linear = matrix[:3, :3]
         axes = geometry.frame(geometry.unit(shape.normal)) * shape.radius
         to_world = matrix @ geometry.affine(axes, shape.center)
-        if geometry.similarity_scale(linear) is None or block.texture is not None:
+        if geometry.similarity_scale(linear) is None or block.has_picture:
             block.lines.becomes("", "tessellated-disk", segments=ANNULUS_SEGMENTS)
             return mesh_entry(ring(shape.radius, 0.0, shape, matrix), block.normal < 0)
         turned = (block.normal < 0) != (np.linalg.det(linear) < 0)
@@ -137,8 +141,16 @@ class ShapeBuilder:
 
     def annulus(self, block: SceneObject, shape: Annulus, matrix: np.ndarray) -> Entry:
         """A flat ring, tessellated."""
+        self.report_disk(block)
         block.lines.becomes("", "tessellated-ring", segments=ANNULUS_SEGMENTS)
         return mesh_entry(ring(shape.radius, shape.inner_radius, shape, matrix), block.normal < 0)
+
+
+    def report_disk(self, block: SceneObject) -> None:
+        """Report how pictures lie on a disk."""
+        if not block.disk_map:
+            for field in ("texture", "bump_texture", "ibl_texture"):
+                block.lines.remark(field, "disk-frame")
 
 
 def flipped(turned: bool | np.bool_) -> Entry:
@@ -225,6 +237,28 @@ def ring(outer: float, inner: float, shape: Disk | Annulus, matrix: np.ndarray) 
     c, d = following + ANNULUS_SEGMENTS, following
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     normals = np.tile(axes[:, 2], (len(vertices), 1))
-    # Texture coordinates along two tangents, from 0 at the centre to 1 at the rim (section 11.3).
-    uv = (vertices - np.array(shape.center)) @ axes[:, :2] / shape.radius
+    uv = disk_uv(vertices, shape, matrix)
     return transformed(vertices, faces[: len(faces) if inner > 0 else len(k)], normals, matrix, uv)
+
+
+def disk_uv(points: np.ndarray, shape: Disk | Annulus, matrix: np.ndarray) -> np.ndarray:
+    """Texture coordinates of points of a disk, (N, 2), from 0 at its centre to 1 at the rim.
+
+    They are measured along the tangents of the normal as the matrix turns it (row disk-frame): a
+    turn about the normal does not turn a picture. Under an uneven scale a picture is scaled, too.
+    """
+    linear, offsets = matrix[:3, :3], points - np.array(shape.center)
+    scale = geometry.similarity_scale(linear)
+    if scale is None:
+        return offsets @ tangents(geometry.unit(shape.normal)).T / shape.radius
+    axes = tangents(geometry.normal(matrix, shape.normal))
+    return offsets @ linear.T @ axes.T / (scale * shape.radius)
+
+
+def tangents(n: np.ndarray) -> np.ndarray:
+    """The tangents along which the program measures u and v on a disk of normal `n`, (2, 3)."""
+    x = np.cross([0.0, 1.0, 0.0] if abs(n[0]) > LEVEL else [1.0, 0.0, 0.0], n)
+    if not np.any(x):
+        x = np.array([0.0, 1.0, 0.0])
+    x = geometry.unit(x)
+    return np.stack([x, np.cross(n, x)])

@@ -9,7 +9,8 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from relume.application import read
+from relume.loading import translated_with_inputs
+from relume.options import RenderOptions
 from relume.output import check_writable, replacing
 from relume.progress import interruptible
 from relume.session import CannotRender
@@ -35,10 +36,14 @@ def run(
 
     Raises:
         SceneError: a scene file has errors; nothing was rendered then.
-        OutputError: the folder cannot be written.
+        OutputError: the folder cannot be written, or a file that a scene reads lies at the place of
+            a figure.
     """
+    options = RenderOptions(
+        dialect=arguments.get("dialect", "manual"), asset_path=arguments.get("asset_path", ())
+    )
     for scene in scenes:
-        read(scene)
+        translated_with_inputs(scene, options)[1].refuse(*chart_paths(scenes, Path(out)))
     check_writable(Path(out) / "methods.csv")
     charts: list[Chart] = []
     written: list[Path] = []
@@ -85,6 +90,13 @@ def unique_names(scenes: Sequence[str | Path]) -> list[str]:
             name = f"{stem}-{number}"
         taken.append(name)
     return taken
+
+
+def chart_paths(scenes: Sequence[str | Path], folder: Path) -> list[Path]:
+    """Paths of all files that may be written."""
+    names = [*unique_names(scenes), "overview"]
+    files = [folder / f"{name}{kind}" for name in names for kind in (*KINDS, ".csv")]
+    return [*files, folder / "methods.csv"]
 
 
 def write_chart(made: Chart, path: Path) -> list[Path]:

@@ -16,8 +16,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from relume import translator
-from relume.loading import SceneSource, document_of, resized, variant_and_threads
+from relume.loading import (
+    SceneSource,
+    resized,
+    source_of,
+    translation_of,
+    variant_and_threads,
+)
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Translation
@@ -121,7 +126,7 @@ def chart(
     """Measure the error of methods over time.
 
     Args:
-        scene: a scene file, or what `relume.read` returned.
+        scene: a scene file or Mitsuba scene (.xml), or what `relume.read` returned.
         options: how it is rendered; by default the picture's longer side is at most `SIDE`. What
             renders and how many samples of a pixel follows from `methods` and `seconds`.
         methods: names of methods (see the module `methods`) or plugin ids of integrators; by
@@ -139,7 +144,9 @@ def chart(
         SceneError: errors of the file, and missing files.
         CannotRender: no method works here, or too few runs were done.
         ValueError: a number out of range, or `spp` or `integrator` among the options.
-        OutputError: the cache cannot be written.
+
+    Warns:
+        RuntimeWarning: the cache cannot be written.
     """
     options = RenderOptions.of(options, **changes)
     refuse(options, NOT_TAKEN)
@@ -148,9 +155,9 @@ def chart(
         raise ValueError(f"runs {runs}: expected {FEWEST_RUNS} or more")
     if not seconds > 0 or seed < 0:
         raise ValueError("expected a time above 0 and a seed of 0 or more")
-    document = document_of(scene)
+    document = source_of(scene, options)
     document = resized(document, options.size or reduced(document.image))
-    translation = translator.translate(document, options.dialect, options.asset_path)
+    translation = translation_of(document, options)
     wanted = chosen(translation, methods)
     with variant_and_threads(translation, options.variant):
         stage = Stage(document, translation, options)
@@ -171,7 +178,7 @@ def chart(
         )
         race(racers, runs, seed, progress)
     settings = {
-        "scene": name_of(document),
+        "scene": name_of(translation.document),
         "size": [translation.plan.width, translation.plan.height],
         "runs": racers[0].runs,
         "seconds": seconds,
@@ -183,7 +190,7 @@ def chart(
     }
     settings["command"] = command_line(settings, options, methods, reference)
     made = tuple(racer.curve(found.estimate) for racer in racers)
-    return Chart(Path(name_of(document)).stem, made, skipped, found, settings)
+    return Chart(Path(name_of(translation.document)).stem, made, skipped, found, settings)
 
 
 def unbiased(translation: Translation) -> Method:

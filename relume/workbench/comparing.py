@@ -19,13 +19,21 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from relume import passes_file, translator
-from relume.loading import SceneSource, document_of, resized, variant_and_threads
+from relume import passes_file
+from relume.inputs import Inputs
+from relume.loading import (
+    SceneSource,
+    resized,
+    samples_of,
+    source_of,
+    translated_with_inputs,
+    translation_of,
+    variant_and_threads,
+)
 from relume.options import RenderOptions
-from relume.output import OutputError, check_writable
+from relume.output import OutputError, check_writable, replacing
 from relume.rendering import interruptible
 from relume.session import CannotRender, exr_threads, reason, variant_context
-from relume.translator.plan import samples
 from relume.workbench import estimate_files, estimates, measures, methods, renders, statistics
 from relume.workbench.compare_page import page
 from relume.workbench.comparison import FALSE_ALARMS, Comparison, Side
@@ -37,6 +45,7 @@ RUNS = 32
 FEWEST_RUNS = 8
 """Below, the scatter of the runs says too little of a variance."""
 
+PAGES = (".html", ".htm")
 PICTURES = (".exr", ".hdr")
 
 
@@ -55,9 +64,9 @@ def run(
         OutputError: the page cannot be written; and what `compare` raises.
     """
     if out is not None:
-        if Path(out).is_dir():
-            raise OutputError(f"cannot write {out}: it is a folder")
-        check_writable(Path(out))
+        options = {k: v for k, v in arguments.items() if k in ("dialect", "asset_path")}
+        _, inputs = translated_with_inputs(scene, RenderOptions(**options))
+        check_page(Path(out), inputs.and_(arguments.get("with_", "")))
     columns = (TextColumn("run"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
     quiet = not console.is_terminal
     with (
@@ -72,8 +81,24 @@ def run(
 
         found = compare(scene, progress=progress, **arguments)
     if out is not None:
-        Path(out).write_text(page(found), encoding="utf-8")
+        text = page(found)
+        with replacing(Path(out)) as temporary:
+            temporary.write_text(text, encoding="utf-8")
     return found
+
+
+def check_page(out: Path, inputs: Inputs) -> None:
+    """Check that the page of a comparison can be written.
+
+    Raises:
+        OutputError: it cannot, or would go over one of the files that are read.
+    """
+    if out.is_dir():
+        raise OutputError(f"cannot write {out}: it is a folder")
+    if out.suffix.lower() not in PAGES:
+        raise OutputError(f"cannot write {out}: the name of a page ends with .html")
+    inputs.refuse(out)
+    check_writable(out)
 
 
 def compare(
@@ -88,7 +113,7 @@ def compare(
     """Compare a scene's picture with that of another integrator, or with a picture.
 
     Args:
-        scene: a scene file, or what `relume.read` returned.
+        scene: a scene file or Mitsuba scene (.xml), or what `relume.read` returned.
         options: how the first side is rendered; `integrator` is its method (see `methods`), by
             default the planned one, and `spp` the samples of a pixel of each side in all its runs
             together, rounded up to a multiple of `runs`, by default the scene's. The same `seed`
@@ -120,11 +145,11 @@ def compare(
         if size is not None and tuple(size) != of_picture:
             raise ValueError("size {}x{}: {} has {}x{}".format(*size, with_, *of_picture))
         size = of_picture
-    document = document_of(scene)
-    each = -(-(samples(document) if options.spp is None else options.spp) // runs)
+    document = source_of(scene, options)
+    each = -(-(samples_of(document) if options.spp is None else options.spp) // runs)
     # Translated for all samples: what depends on their number must be that of one long render.
     document = resized(document, size, each * runs)
-    translation = translator.translate(document, options.dialect, options.asset_path)
+    translation = translation_of(document, options)
     plan, integrator = translation.plan, options.integrator
     first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
@@ -135,7 +160,7 @@ def compare(
     if picture is not None:
         sides.append(picture_side(with_, picture, stored, sides[0].estimate))
     settings = {
-        "scene": name_of(document),
+        "scene": name_of(translation.document),
         "integrator": first.name,
         "with": str(with_),
         "size": [plan.width, plan.height],

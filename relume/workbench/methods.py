@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import mitsuba as mi
 
 from relume import translator
-from relume.loading import for_variant, integrator_entry, load_scene
+from relume.loading import Source, for_variant, integrator_entry, load_scene
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
@@ -25,6 +25,9 @@ from relume.translator.outcomes import OUTCOMES
 from relume.translator.plan import plugin_types
 from relume.translator.scene_values import to_mitsuba
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
+
+FOREIGN = "only scene files tell what to render instead"
+"""The obstacle of methods that change the document, at Mitsuba scenes."""
 
 MEDIA = {"homogeneous", "heterogeneous"}
 
@@ -120,6 +123,8 @@ def diffused(document: Document) -> Document:
 
 def with_diffusion(translation: Translation) -> str:
     """The obstacle of the simulation that stands in for the dipole."""
+    if not translation.document.objects:
+        return FOREIGN
     return "" if without_diffusion(translation) else "no object is rendered by the dipole"
 
 
@@ -259,7 +264,8 @@ def planned(translation: Translation) -> Method:
     if "paths" in integrator:
         chains = {key: value for key, value in integrator.items() if key != "paths"}
         return dataclasses.replace(find(integrator["type"]), integrator=as_planned, chains=chains)
-    return dataclasses.replace(find(innermost(integrator)["type"]), integrator=as_planned)
+    row = dataclasses.replace(find(innermost(integrator)["type"]), integrator=as_planned)
+    return row if translation.document.objects else dataclasses.replace(row, document=None)
 
 
 def paths_of(integrator: Entry) -> Entry:
@@ -287,13 +293,13 @@ class Stage:
     The variant of the plan must be set.
 
     Args:
-        document: the document.
+        document: the document, or Mitsuba scene.
         translation: its translation.
         options: with which it was translated.
     """
 
     def __init__(
-        self, document: Document, translation: Translation, options: RenderOptions | None = None
+        self, document: Source, translation: Translation, options: RenderOptions | None = None
     ) -> None:
         self.document = document
         self.translation = translation
@@ -309,6 +315,8 @@ class Stage:
         """
         result = self.translation
         if method.document is not None:
+            if not isinstance(self.document, Document):
+                raise CannotRender(f"{method.name}: {FOREIGN}")
             changed = method.document(self.document)
             options = self.options
             result = translator.translate(changed, options.dialect, options.asset_path)

@@ -7,12 +7,14 @@ and the versions of what renders it: what is found under that name is the pictur
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from relume import cache, plugins
 from relume.fingerprint import content_hash, file_hash, versions
+from relume.output import OutputError
 from relume.session import CannotRender
 from relume.translator import Translation
 from relume.workbench import estimate_files, estimates, measures, methods, renders
@@ -67,7 +69,9 @@ def reference(
 
     Raises:
         CannotRender: the method does not work here, or it was stopped too early.
-        OutputError: the cache cannot be written.
+
+    Warns:
+        RuntimeWarning: the cache cannot be written.
     """
     key = content_key(stage.translated(method))
     path = Path(folder) / f"{key}.exr"
@@ -77,7 +81,10 @@ def reference(
     made = rendered(stage, method, -(-spp // RUNS), seed, progress)
     made.about["key"] = key
     if made.about["runs"] == RUNS:
-        estimate_files.write(path, made.estimate, RUNS, made.about)
+        try:
+            estimate_files.write(path, made.estimate, RUNS, made.about)
+        except OutputError as error:
+            warnings.warn(f"the reference is not kept: {error}", RuntimeWarning, stacklevel=2)
     return made
 
 

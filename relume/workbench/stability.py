@@ -24,7 +24,7 @@ from rich.table import Table
 from rich.text import Text
 
 from relume import translator
-from relume.loading import SceneSource, document_of, resized
+from relume.loading import SceneSource, resized, source_of
 from relume.options import RenderOptions
 from relume.output import check_writable
 from relume.rendering import interruptible
@@ -144,7 +144,9 @@ def stability(
     else:
         if cells:
             raise ValueError("cells: patterns choose cells of the grid, not of a scene")
-        document = document_of(scene)
+        document = source_of(scene, options)
+        if not isinstance(document, Document):
+            raise ValueError(f"{scene}: stability measures scene files, not Mitsuba scenes")
         to_measure = cells_of(document, options, expected, methods)
         command = f"relume.stability({name_of(document)!r}, expected={expected})"
     results: list[tuple[Cell, Measurement]] = []
@@ -200,7 +202,9 @@ def cells_of(
         )
     refuse(options, {"integrator": "the integrators are the methods"})
     spp = SPP if options.spp is None else options.spp
-    document = resized(document, options.size or reduced(document.image), spp * RUNS)
+    given = resized(document, options.size or reduced(document.image), spp * RUNS)
+    assert isinstance(given, Document)
+    document = given
     translation = translator.translate(document, options.dialect, options.asset_path)
     case = Case(document, answer.tolist(), answer.max() or 1.0, spp=spp, options=options)
     names = tuple(method.name for method in method_table.chosen(translation, methods))

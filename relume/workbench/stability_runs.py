@@ -37,8 +37,15 @@ RUNS = 16
 MOST_RUNS = 256
 """Runs of a cell after which none is added."""
 
-LIMITS = ("single precision", "below the horizon", "roulette leaves noise", "roulette ends")
-"""Words of notes on translated lines that announce a limit of the renderer."""
+LIMITS = {
+    "color-near-one",
+    "infinite-plane-coarse",
+    "infinite-plane-edge",
+    "long-walks",
+    "thin-glass",
+    "walks-begin-deep",
+}
+"""Codes of the outcomes that announce a limit of the renderer, besides those unsupported."""
 
 
 def measure(cell: Cell, seed: int = 0) -> Measurement:
@@ -78,7 +85,7 @@ def _rendered_document(
         notes = [
             report.note
             for report in translation.document.lines.all
-            if report.outcome == "unsupported" or any(words in report.note for words in LIMITS)
+            if report.outcome == "unsupported" or LIMITS & set(report.codes)
         ]
         with variant_context(usable_variant(translation.plan, options.variant)):
             set_thread_count(translation.document.thread)

@@ -24,8 +24,6 @@ FETCHED = re.compile(
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """The folder of the site, built anew."""
-    if not hasattr(relume, "Document"):
-        pytest.skip("until the names and docstrings of the pages are there")
     out = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
     built = subprocess.run(

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -60,6 +61,30 @@ def test_a_folder_stands_for_the_files_below_it(run, room, broken):
             ("unsupported.txt", "unsupported"),
         )
     }
+
+
+def test_a_folder_has_a_line_for_each_file_and_a_summary(run, room, broken):
+    folder = broken.parent
+    room(UNSUPPORTED, name="unsupported.txt")
+    room(name="room.txt")
+    lines = run("check", folder).stdout.splitlines()
+    assert lines == [
+        f"{folder / 'broken.txt'}: error: 1:1: 'SAMPLNG' is no keyword; did you mean 'SAMPLING'?"
+        " (and 2 more)",
+        f"{folder / 'room.txt'}: ok",
+        f"{folder / 'unsupported.txt'}: unsupported: line 17, use_mollweide_projection: general"
+        " relativity is outside the manual (and 1 more)",
+        "3 files: 1 ok, 1 error, 1 unsupported",
+    ]
+    for words, seen in ((("-v",), True), (("--brief",), False)):
+        text = run("check", folder, *words).stdout
+        assert "use_mollweide_projection" in text and ("CAMERA_POS" in text) == seen
+
+
+def test_a_mitsuba_scene_has_nothing_to_check(run, tmp_path):
+    (tmp_path / "a.xml").write_text("<scene version='3.0.0'/>")
+    result = run("check", tmp_path / "a.xml")
+    assert result.exit_code == 1 and "relume render takes it" in result.stdout
 
 
 def test_a_folder_without_scenes_is_an_error(run):
@@ -195,7 +220,14 @@ def test_a_variant_that_this_machine_cannot_run(run, room):
 
 def test_render_prints_the_files_it_wrote(run, room):
     result = run("render", room(), "-o", "a.exr", "--size", "8x6", "--spp", "2", "--seed", "1")
-    assert (result.exit_code, result.stdout) == (0, "a.exr\na.bmp\n")
+    assert (result.exit_code, result.stdout) == (0, "a.exr\n")
+
+
+@pytest.mark.parametrize("name", main.commands)
+def test_every_option_has_a_help(name):
+    """Also those that a command shares with others."""
+    options = [p for p in main.commands[name].params if isinstance(p, click.Option)]
+    assert [option.opts[0] for option in options if not option.help] == []
 
 
 def test_help_and_version():

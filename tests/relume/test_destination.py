@@ -24,9 +24,9 @@ def test_with_a_time_limit_the_picture_is_dumped_every_minute(here):
 @pytest.mark.parametrize(
     "out, passes, dump",
     [
-        ("new/a.png", "new/a.passes.exr", "new/image/output_W000003.bmp"),
-        ("new/", "new/shots/box.passes.exr", "new/shots/image/output_W000003.bmp"),
-        (None, "shots/box.passes.exr", "shots/image/output_W000003.bmp"),
+        ("new/a.png", "new/a.passes.exr", "new/image/a_W000003.bmp"),
+        ("new/", "new/shots/box.passes.exr", "new/shots/image/box_W000003.bmp"),
+        (None, "shots/box.passes.exr", "shots/image/box_W000003.bmp"),
     ],
 )
 def test_passes_and_dumps_lie_beside_the_picture(here, out, passes, dump):

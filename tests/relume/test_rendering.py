@@ -17,7 +17,10 @@ from rich.console import Console
 import relume
 from relume import destination, output, passes
 from relume.accumulator import Accumulator
-from relume.rendering import render_file
+from relume.rendering import in_words, render_file
+
+PATIENCE = 600
+"""Time for another process to begin or end on a busy machine [s]."""
 
 NAME = re.compile(r"box_4x1_\d+\.\d\(4spp\)\.hdr")
 
@@ -68,7 +71,7 @@ def test_marks_in_the_name(room, here, console, monkeypatch):
 
 def test_with_o_the_name_is_that_one(room, here, console):
     written = render_file(room(), out="new/a.exr", console=console)
-    assert [path.as_posix() for path in written] == files(here)[::-1] == ["new/a.exr", "new/a.bmp"]
+    assert [path.as_posix() for path in written] == files(here) == ["new/a.exr"]
 
 
 def test_a_folder_takes_the_scenes_own_name(room, here, console):
@@ -90,7 +93,7 @@ def test_dumps_stay_there_too(room, here, console, short_passes):
     here.joinpath("image").symlink_to(here.parent)
     render_file(room("IMAGEDUMP\n1e-9\nOUTPUT\n../../box.bmp"), spp=2, console=console)
     assert all(name.startswith("here/") for name in files(here.parent))
-    assert "image_/output_W000001.bmp" in files(here)
+    assert "image_/box_W000001.bmp" in files(here)
 
 
 def test_a_name_without_a_known_extension_becomes_a_ppm(room, here, console):
@@ -106,14 +109,13 @@ def test_formats_hold_the_picture_that_python_gets(room, here, console, extensio
     """Linear formats to their precision (RGBE: 1/128 of the brightest channel), others encoded."""
     path = room("gamma_offset\n0.4")
     expected = relume.render(path, seed=2)
-    written = render_file(path, out=f"a{extension}", seed=2, console=console)
-    assert written[-1].suffix == ".bmp"
-    encoded = output.encode_display(expected, 0.4)
-    assert np.array_equal(np.asarray(Image.open(written[-1])), encoded)
-    if extension in (".png", ".ppm"):
-        assert np.array_equal(np.asarray(Image.open(written[0])), encoded)
-    elif extension != ".bmp":
-        read = np.array(mi.Bitmap(str(written[0])))[..., :3]
+    (written,) = render_file(path, out=f"a{extension}", seed=2, console=console)
+    assert written.name == f"a{extension}"
+    if extension in (".png", ".bmp", ".ppm"):
+        encoded = output.encode_display(expected, 0.4)
+        assert np.array_equal(np.asarray(Image.open(written)), encoded)
+    else:
+        read = np.array(mi.Bitmap(str(written)))[..., :3]
         error = np.abs(read - expected) / expected.max(axis=2, keepdims=True)
         assert error.max() <= (0 if extension == ".exr" else 1 / 128)
 
@@ -124,8 +126,8 @@ def test_formats_hold_the_picture_that_python_gets(room, here, console, extensio
 def test_dumps_at_the_scenes_interval(room, here, console, short_passes):
     """An interval that every pass exceeds: one dump a pass but the last, which is the picture."""
     render_file(room("IMAGEDUMP\n1e-9"), out="a.png", spp=5, console=console)
-    assert files(here / "image") == [f"output_W{k:06d}.bmp" for k in range(1, 5)]
-    last, final = (np.asarray(Image.open(p), float) for p in ("image/output_W000004.bmp", "a.png"))
+    assert files(here / "image") == [f"a_W{k:06d}.bmp" for k in range(1, 5)]
+    last, final = (np.asarray(Image.open(p), float) for p in ("image/a_W000004.bmp", "a.png"))
     assert abs(last.mean() - final.mean()) < 0.05 * final.mean()
 
 
@@ -143,20 +145,18 @@ def test_dumps_come_as_often_as_the_scene_says(room, monkeypatch, seconds, expec
 
 def test_dumps_lie_beside_the_picture_that_the_scene_names(room, here, console, short_passes):
     render_file(room("IMAGEDUMP\n1e-9\nOUTPUT\nshots/box.bmp"), spp=2, console=console)
-    assert "shots/image/output_W000001.bmp" in files(here)
+    assert "shots/image/box_W000001.bmp" in files(here)
 
 
 def test_imagedump_0_means_none(room, here, console, short_passes):
     render_file(room("IMAGEDUMP\n0"), out="a.png", spp=5, console=console)
-    assert files(here) == ["a.bmp", "a.png"]
+    assert files(here) == ["a.png"]
 
 
 @pytest.mark.parametrize("in_file", [False, True])
 def test_a_time_limit_ends_the_render_with_what_there_is(room, here, console, in_file):
     settings, limit = (f"TIMELIMIT\n{0.5 / 3600}", None) if in_file else ("", 0.5)
-    start = time.perf_counter()
     render_file(room(settings), out="a.exr", spp=10**8, time_limit=limit, console=console)
-    assert time.perf_counter() - start < 10
     assert "time limit reached after" in console.export_text()
     mean = np.array(mi.Bitmap("a.exr")).mean()
     assert mean == pytest.approx(relume.render(room(), spp=400).mean(), rel=0.02)
@@ -173,14 +173,14 @@ def test_an_interrupt_keeps_the_picture_so_far(room, here):
     path = room("IMAGEDUMP\n0.2")
     command = [sys.executable, "-c", code, "render", str(path), "--spp", "100000000", "-o", "a.exr"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not here.joinpath("image/output_W000001.bmp").exists():
+    deadline = time.monotonic() + PATIENCE
+    while not here.joinpath("image/a_W000001.bmp").exists():
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
-    assert out.split() == ["a.exr", "a.bmp"]
+    assert out.split() == ["a.exr"]
     assert "interrupted after" in err and "Traceback" not in err
     mean = np.array(mi.Bitmap("a.exr")).mean()
     assert mean == pytest.approx(relume.render(path, spp=400).mean(), rel=0.02)
@@ -204,6 +204,20 @@ def test_progress_shows_passes_and_rate_on_a_terminal(room, here, short_passes):
     render_file(room(), out="a.png", spp=3, console=Console(file=plain))
     (line,) = plain.getvalue().splitlines()
     assert re.fullmatch(r"noise of a pixel: [0-9.]+ % of the mean", line)
+
+
+@pytest.mark.parametrize(
+    "ratio, said",
+    [
+        (0.00012, "0.012 % of the mean"),
+        (0.115, "12 % of the mean"),
+        (1.2, "120 % of the mean"),
+        (13.2, "13 times its mean"),
+        (1234, "1200 times its mean"),
+    ],
+)
+def test_numbers_are_said_without_exponents(ratio, said):
+    assert in_words(ratio) == said
 
 
 def test_what_is_not_rendered_as_written_is_said(room, here, console):

@@ -263,4 +263,4 @@ with exr_threads():
 assert load_picture("half.exr")[0].mean() == 0.5
 assert dr.thread_count() == 1
 """
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=120)
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=600)

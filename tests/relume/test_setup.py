@@ -84,3 +84,16 @@ def test_what_makes_a_set_up_stale(checkout, change):
     else:
         checkout = checkout.rename(checkout.with_name("elsewhere"))
     assert make_setup(checkout).returncode != 0
+
+
+def test_the_set_up_tells_each_step_before_it_begins(checkout):
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("MA")}
+    told = {
+        "install": ["1 of 3", "-m venv", "2 of 3", "pip install", "3 of 3", "import relume"],
+        "demo": ["Rendering an example", "relume render"],
+    }
+    for target, parts in told.items():
+        command = ["make", "--no-print-directory", "--dry-run", target]
+        run = subprocess.run(command, cwd=checkout, env=environment, capture_output=True, text=True)
+        places = [run.stdout.find(part) for part in parts]
+        assert run.returncode == 0 and -1 not in places and places == sorted(places), run.stdout

@@ -121,11 +121,11 @@ def test_the_last_line_wins(lines, expected):
     assert found["bsdf"]["int_ior"] == index
 
 
-def test_order_zero_absorbs_alone():
-    """`level 0`: no scattering, so the extinction is the absorption."""
+def test_order_zero_takes_away_what_would_be_scattered():
+    """`level 0`: nothing scatters, but the extinction is that of scattering and absorption."""
     found = scene(SSS + "SCATTERING\n0\n5 5 5\nABSORBING\n0\n1 2 3\nlevel\n0\n")["object_1"]
     s, a, _ = coefficients(found["interior"])
-    assert np.all(s == 0) and a == pytest.approx([1, 2, 3])
+    assert np.all(s == 0) and a == pytest.approx([6, 7, 8])
 
 
 def test_without_coefficients_there_is_no_medium():

@@ -2,11 +2,13 @@
 
 import math
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
 from relume.translator.diagnostics import SceneError
+from relume.translator.scene_values import to_mitsuba
 
 QUAD = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACE = "f 1/1 2/2 3/3 4/4\n"
@@ -243,13 +245,17 @@ MIRRORING = "scale -1 1 1\n"
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("smooth", [False, True])
 def test_normals(load, write, reader, turned, mirrored, smooth):
-    """normal -1 turns flat and interpolated normals round, a mirroring scale only reflects them."""
+    """normal -1 turns normals round, a mirroring scale only reflects them.
+
+    Faces are shaded with the normals of the file, which are the same at all corners here, whether
+    they are smooth or not.
+    """
     write(SLOPED if reader == "stock" else "usemtl m\n" + SLOPED)
     lines = "reflection diffuse\n" + f"smooth {int(smooth)}\n"
     lines += MIRRORING * mirrored + "normal -1\n" * turned
     scene = load(OBJECT + lines)
     si = scene.ray_intersect(mi.Ray3f(mi.Point3f(0.3, 0.2, 9), mi.Vector3f(0, 0, -1)))
-    expected = np.array([0.6 if not mirrored else -0.6, 0, 0.8]) if smooth else np.array([0, 0, 1])
+    expected = np.array([0.6 if not mirrored else -0.6, 0, 0.8])
     sign = -1 if turned else 1
     assert np.allclose(np.array(si.sh_frame.n).ravel(), sign * expected, atol=1e-5)
     assert np.allclose(np.array(si.n).ravel(), [0, 0, sign], atol=1e-5)
@@ -264,8 +270,8 @@ def test_transforms(translated, write):
     assert np.allclose(mesh.vertices, [[1, -2, 5], [1, 2, 5], [-1, 2, 5], [-1, -2, 5]])
 
 
-def torus(rows=24, columns=40):
-    """OBJ text of a torus of quads with texture coordinates and normals."""
+def torus(rows=24, columns=40, normals=True):
+    """OBJ text of a torus of triangles with texture coordinates, and with normals."""
     lines = []
     for i in range(rows):
         for j in range(columns):
@@ -273,20 +279,25 @@ def torus(rows=24, columns=40):
             n = math.cos(a) * math.cos(b), math.sin(a), math.cos(a) * math.sin(b)
             p = [math.cos(b) + 0.4 * n[0], 0.4 * n[1], math.sin(b) + 0.4 * n[2]]
             lines.append("v {:.6f} {:.6f} {:.6f}".format(*p))
-            lines.append("vn {:.6f} {:.6f} {:.6f}".format(*n))
+            if normals:
+                lines.append("vn {:.6f} {:.6f} {:.6f}".format(*n))
             lines.append(f"vt {j / columns:.6f} {i / rows:.6f}")
     for i in range(rows):
         for j in range(columns):
             k, m = i, (i + 1) % rows
             f, g = j, (j + 1) % columns
             quad = [r * columns + c + 1 for r, c in ((k, f), (m, f), (m, g), (k, g))]
-            lines.append("f " + " ".join(f"{x}/{x}/{x}" for x in quad))
+            form = "{0}/{0}/{0}" if normals else "{0}/{0}"
+            for corners in (quad[:3], [quad[0], *quad[2:]]):
+                lines.append("f " + " ".join(form.format(x) for x in corners))
     return "\n".join(lines) + "\n"
 
 
 @pytest.mark.parametrize("smooth", [0, 1])
 def test_both_readers_give_one_picture(load, view, write, translated, write_picture, smooth):
     """A plain file takes Mitsuba's reader, the same with `usemtl` our own: equal pictures.
+
+    Flat faces have no normals in the file: those would shade them.
 
     The same paths are traced; a ray in ten thousand may take the other side of an edge, where the
     two readers round a vertex differently.
@@ -296,7 +307,7 @@ def test_both_readers_give_one_picture(load, view, write, translated, write_pict
     text += f"reflection diffuse\ntexture a.png\nsmooth {smooth}\nscale 1 1.2 0.9\n"
     pictures, kinds = [], []
     for head in ("", "usemtl none\n"):
-        write(head + torus())
+        write(head + torus(normals=smooth == 1))
         kinds += [e["type"] for e in translated(text).scene.values() if isinstance(e, dict)]
         pictures.append(np.array(mi.render(load(text), spp=16, seed=1)))
     assert "obj" in kinds
@@ -306,12 +317,76 @@ def test_both_readers_give_one_picture(load, view, write, translated, write_pict
     assert abs(np.mean(pictures[0]) - np.mean(pictures[1])) < 1e-3
 
 
+def test_several_libraries_and_odd_names(translated, write, write_picture, tmp_path):
+    """All files of an `mtllib` line are read, names with blanks and comments are understood."""
+    (tmp_path / "a.mtl").write_text("newmtl red # the first\nKd 1 0 0\n")
+    (tmp_path / "the other.mtl").write_text("newmtl wood\nmap_Kd my\\ wood.png # oak\n")
+    write_picture("my wood.png", np.full((2, 2, 3), 51))
+    faces = f"usemtl red\n{FACE}usemtl wood # 2\n{FACE}usemtl none\n{FACE}"
+    write(f"mtllib a.mtl the\\ other.mtl absent.mtl # all\n{QUAD}{faces}")
+    result = translated(OBJECT + "reflection diffuse\n")
+    red, wood, none = [e for name, e in result.scene.items() if name.startswith("object")]
+    assert red["bsdf"]["bsdf"]["reflectance"] == rgb(1, 0, 0)
+    assert wood["bsdf"]["bsdf"]["reflectance"]["type"] == "bitmap"
+    assert none["bsdf"]["bsdf"]["reflectance"] == rgb(0.5, 0.25, 0.125)
+    notes = result.document.objects[0].lines.all[0].note
+    assert "m.obj:1: no such file 'absent.mtl'" in notes
+    assert "m.obj: no MTL file defines 'none'" in notes
+
+
+def test_options_of_a_picture(parts, write_picture):
+    """`-clamp on` lets the edge go on, `-mm base gain` is base + gain x."""
+    write_picture("a.png", np.full((3, 3, 3), 102))
+    (part,) = parts("newmtl m\nmap_Kd -clamp on -mm 0.1 0.5 a.png\n", lines="color 1 1 1\n")
+    picture = part["bsdf"]["bsdf"]["reflectance"]
+    assert picture["wrap_mode"] == "clamp"
+    np.testing.assert_allclose(picture["picture"].pixels, 0.1 + 0.5 * 102 / 255, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "scale", "offset", "repeat", "clamp"),
+    [
+        ("", (1, 1), (0, 0), 1, False),
+        ("-s 2", (2, 1), (0, 0), 1, False),
+        ("-s 0.5 0.75", (0.5, 0.75), (0, 0), 1, False),
+        ("-s 1.5 2.5 -o 0.25 0.125", (1.5, 2.5), (0.25, 0.125), 1, False),
+        ("-o 0.5 0.25 -s 0.5 0.5", (0.5, 0.5), (0.5, 0.25), 3, False),
+        ("-clamp on", (1, 1), (0, 0), 1, True),
+        ("-clamp on -s 2 2", (2, 2), (0, 0), 1, True),
+        ("-clamp on -s 0.5 3 -o 0.75 -0.5", (0.5, 3), (0.75, -0.5), 1, True),
+        ("-CLAMP ON -s 2 0.5 -o -0.5 0.25", (2, 0.5), (-0.5, 0.25), 2, True),
+    ],
+)
+def test_placing_of_a_picture(parts, load, write_picture, options, scale, offset, repeat, clamp):
+    """Proves: the texel seen at (u, v) is that at (s u + o, s v + o) of the picture, whose v grows
+    upwards, repeated or, with `-clamp on`, held at the edges.
+
+    The picture has 4 x 4 texels that are used (section 11.1); the values tell them apart.
+    """
+    load("")  # sets the variant
+    values = np.arange(25).reshape(5, 5)
+    write_picture("a.png", np.repeat(values[..., None], 3, axis=2))
+    mtl = f"newmtl m\nmap_Kd {options} a.png\n#REPEAT {repeat}\n"
+    (part,) = parts(mtl, lines="color 1 1 1\n")
+    texture = mi.load_dict(to_mitsuba(part["bsdf"]["bsdf"]["reflectance"]) | {"raw": True})
+    u, v = np.random.default_rng(5).uniform(-0.6, 1.6, (2, 500))
+    si = dr.zeros(mi.SurfaceInteraction3f, 500)
+    si.uv = mi.Point2f(u, 1 - v)  # meshes are read so
+    seen = np.array(texture.eval(si))[0] * 255
+    place = np.array([repeat * (s * x + o) for s, o, x in zip(scale, offset, (u, v), strict=True)])
+    place = np.clip(place, 0, 0.999) if clamp else place % 1
+    column, row = (4 * place).astype(int)
+    clear = (np.abs(4 * place - np.round(4 * place)) > 1e-4).all(axis=0) | clamp
+    np.testing.assert_allclose(seen[clear], values[4 - row, column][clear], atol=1e-3)
+
+
 @pytest.mark.parametrize(
     ("obj", "mtl", "message"),
     [
         ("v 0 0 0\nv 1 0\nf 1 2 1\nusemtl m\n", None, "m.obj:2:1: vertex with 2 of 3 numbers"),
         (f"{QUAD}usemtl m\nf 1 2 9\n", None, "m.obj:10:7: '9' names no vertex: there are 4"),
         ("usemtl m\nv 0 0 0\n", None, "m.obj: has no faces"),
+        ("usemtl m\nv 0 0 \0\n", None, "m.obj:2: binary data"),
         (f"{QUAD}usemtl m\n{FACE}", "newmtl m\nKd 1 1\n", "m.mtl:2:1: Kd with 2 of 3 numbers"),
         (f"{QUAD}usemtl m\n{FACE}", "newmtl m\n#REFLECTION 9\n", "#REFLECTION takes 0 to 8"),
         (f"{QUAD}usemtl m\n{FACE}", "newmtl m\nmap_Kd bad.png\n", "bad.png"),
@@ -326,6 +401,26 @@ def test_broken_files_give_located_errors(translated, write, tmp_path, obj, mtl,
     (problem,) = caught.value.problems
     assert (problem.line, problem.kind) == (5, "asset")
     assert message in problem.message
+
+
+@pytest.mark.parametrize("shape", ["sphere 0 0 0 1", "objfile m.obj"])
+@pytest.mark.parametrize("keyword", ["texture", "bump_texture", "ibl_texture"])
+def test_broken_pictures_are_told_at_their_lines(translated, write, tmp_path, keyword, shape):
+    """The error stands where the scene names the picture, as that of a missing one does."""
+    (tmp_path / "bad.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
+    write(f"{QUAD}usemtl m\n{FACE}")
+    with pytest.raises(SceneError) as caught:
+        translated(f"OBJECT\n{shape}\ncolor 1 1 1\nreflection diffuse\n{keyword} bad.png\n")
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.column, problem.kind) == (5, len(keyword) + 2, "asset")
+    assert "bad.png: damaged or not supported: " in problem.message
+
+
+def test_a_broken_background_is_told_at_its_line(translated, tmp_path):
+    """As other pictures."""
+    (tmp_path / "bad.hdr").write_bytes(b"#?RADIANCE\nbroken")
+    with pytest.raises(SceneError, match=r"scene.txt:4:20: .*bad.hdr: the Radiance header has no"):
+        translated("IMAGE\n8 8\n\nbackground_texture bad.hdr\n")
 
 
 def test_every_broken_file_is_told(translated, tmp_path):

@@ -3,6 +3,7 @@
 import pytest
 
 from relume.translator.mtl import MtlError, TextureMap, read_mtl
+from relume.translator.mtl_names import library_names
 from relume.translator.outcomes import make_note
 
 
@@ -109,12 +110,28 @@ def test_comments_are_comments(tmp_path):
 
 def test_map_options(tmp_path):
     """Proves: options before the file name are read or noted, and names may hold blanks."""
-    text = "newmtl a\nmap_Kd -s 2 3 -o 0.5 -mm 0 1 -clamp on my wood 2.bmp\nbump -bm 0.25 b.bmp\n"
+    text = "newmtl a\nmap_Kd -s 2 3 -o 0.5 -mm 0.1 .5 -clamp on my wood 2.bmp\n"
+    text += "bump -bm 0.25 b.bmp\n"
     found = _read(tmp_path, text)
-    wood = TextureMap("my wood 2.bmp", (2, 3, 1), (0.5, 0, 0), clamp=True)
+    wood = TextureMap("my wood 2.bmp", (2, 3, 1), (0.5, 0, 0), 0.1, 0.5, clamp=True)
     assert found["a"].map_kd == wood
-    assert found["a"].map_bump == TextureMap("b.bmp", bump_multiplier=0.25)
-    assert found.notes == [(2, make_note("mtl-option-ignored", option="'-mm'"))]
+    assert found["a"].map_bump == TextureMap("b.bmp")
+    assert found.notes == [(3, make_note("mtl-option-ignored", option="'-bm'"))]
+
+
+def test_options_in_any_case_and_odd_ones(tmp_path):
+    """Proves: options are told in any case; what cannot be followed is noted, for bumps all."""
+    text = "newmtl a\nmap_Kd -S 2 -CLAMP ON a.bmp\nnewmtl b\nmap_Kd -clamp maybe -mm 1 a.bmp\n"
+    text += "newmtl c\nmap_Kd -o 1 2 -clamp off a.bmp\nbump -s 2 2 -clamp on b.bmp\n"
+    found = _read(tmp_path, text)
+    assert found["a"].map_kd == TextureMap("a.bmp", (2, 1, 1), clamp=True)
+    assert found["b"].map_kd == TextureMap("a.bmp")
+    assert found["c"].map_kd == TextureMap("a.bmp", offset=(1, 2, 0))
+    assert found["c"].map_bump == TextureMap("b.bmp")
+    expected = [(4, "-clamp maybe"), (4, "-mm 1"), (7, "-s"), (7, "-clamp")]
+    assert found.notes == [
+        (line, make_note("mtl-option-ignored", option=repr(option))) for line, option in expected
+    ]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp932"])
@@ -124,6 +141,45 @@ def test_encodings_and_line_ends(tmp_path, encoding):
     m = _read(tmp_path, text, encoding)["木の表"]
     assert m.kd == (1, 1, 1)
     assert m.map_kd.file == "写真 表.bmp"
+
+
+def test_names_with_comments(tmp_path):
+    """Proves: a name is taken whole first, then without its comment, on both sides."""
+    text = "newmtl red # one\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nnewmtl no # 2\nKd 0 1 0\nnewmtl no\n"
+    found = _read(tmp_path, text)
+    for name, kd in (("red", (1, 0, 0)), ("RED # one", (1, 0, 0)), ("blue # two", (0, 0, 1)),
+                     ("no # 2", (0, 1, 0)), ("no", None)):
+        assert found.named(name).kd == kd
+    assert found.named("green") is None
+    assert found.notes == []
+
+
+def test_a_material_without_a_name_is_left_out(tmp_path):
+    """Proves: it is noted, and its lines reach no other material."""
+    found = _read(tmp_path, "newmtl a\nKd 1 1 1\nnewmtl\nKd 0 0 0\nnewmtl b\nKd 0.5 0.5 0.5\n")
+    assert list(found) == ["a", "b"]
+    assert (found["a"].kd, found["b"].kd) == ((1, 1, 1), (0.5,) * 3)
+    assert found.notes == [(3, make_note("newmtl-without-name"))]
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("a.mtl b.mtl", ["a.mtl", "b.mtl"]),
+        ("with blank.mtl", ["with blank.mtl"]),
+        ("with\\ blank.mtl", ["with blank.mtl"]),
+        ("a.mtl with\\ blank.mtl", ["a.mtl", "with blank.mtl"]),
+        ("a.mtl # colours", ["a.mtl"]),
+        ("a.mtl b.mtl # colours", ["a.mtl", "b.mtl"]),
+        ("a #1.mtl", ["a #1.mtl"]),
+        ("absent.mtl", ["absent.mtl"]),
+        ("absent one.mtl", ["absent", "one.mtl"]),
+    ],
+)
+def test_names_of_libraries(text, names):
+    """Proves: one name with blanks, several, escaped blanks and comments, if such files are."""
+    there = {"a.mtl", "b.mtl", "with blank.mtl", "a #1.mtl"}
+    assert library_names(text, there.__contains__) == names
 
 
 def test_notes(tmp_path):
@@ -153,8 +209,7 @@ def test_notes(tmp_path):
         ("#EMISSION 1 2", 2, 1),
         ("#ROUGHNESS nan", 2, 12),
         ("map_Kd", 2, 1),
-        ("map_Bump -bm x a.bmp", 2, 14),
-        ("newmtl", 2, 1),
+        ("map_Kd -mm x 1 a.bmp", 2, 12),
     ],
 )
 def test_located_errors(tmp_path, body, line, column):

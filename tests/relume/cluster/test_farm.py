@@ -1,8 +1,13 @@
-"""Renders on workers that die, hang, fail and lie: always the picture of a single process."""
+"""Renders on workers that die, hang, fail and lie: always the picture of a single process.
+
+Which worker is quick is not left to chance: where a test needs one of them to take part, the other
+waits for it, told by a file that both see.
+"""
 
 import os
 import signal
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -72,11 +77,12 @@ class Rendering:
         self.expected = self.accumulator.image()
         self.accumulator = Accumulator(plan.width, plan.height)
 
-    def steps(self):
-        """Yields the number of passes after each."""
+    def steps(self, idle=False):
+        """Yields the number of passes after each, and with `idle` also where there is none."""
         for found in self.farm.render(self.to_do):
             if found is not None:
                 self.accumulator.add(found)
+            if found is not None or idle:
                 yield len(self.accumulator.done)
 
     def check(self):
@@ -93,26 +99,37 @@ class Rendering:
 # ---- run on workers
 
 
-def replace_rendering(kind, times=10**9):
-    """Make a worker return something else than a pass, so many times."""
+def replace_rendering(kind, times=10**9, *, tells=None, at=1, waits=None):
+    """Make a worker return something else than a pass.
+
+    Args:
+        kind: of what it returns, or `own` for the pass as it is.
+        times: how often.
+        tells: file that it makes when it is called for the `at`-th time.
+        at: see `tells`.
+        waits: file without which it returns nothing, from its first call on.
+    """
+    import os
     import time
 
     from relume.cluster import worker as remote
 
     remote.original = getattr(remote, "original", remote._render)
+    calls = 0
 
     def render(key, index, spp):
-        nonlocal times
-        times -= 1
-        if times < 0:
+        nonlocal calls
+        calls += 1
+        if tells and calls == at:
+            open(tells, "w").close()
+        while waits and not os.path.exists(waits):
+            time.sleep(0.01)
+        if kind == "own" or calls > times:
             return remote.original(key, index, spp)
         if kind == "error":
             raise FloatingPointError("out of order")
         if kind == "hang":
-            time.sleep(6)
             return None
-        if kind in ("late", "slow"):
-            time.sleep(3 if kind == "late" else 0.3)
         result = remote.original(key, index, spp)
         found = result.pass_
         if kind == "nothing":
@@ -149,12 +166,16 @@ def loads():
 # ---- all is well
 
 
-def test_the_picture_is_that_of_one_process(client, workers, room):
+def test_the_picture_is_that_of_one_process(client, workers, room, tmp_path):
     """Also the second time, when each worker has the scene loaded already."""
+    flag = str(tmp_path / "flag")
+    client.run(replace_rendering, "own", tells=flag, workers=workers[:1])
+    client.run(replace_rendering, "own", waits=flag, workers=workers[1:])
     rendering = Rendering(client, room(spp=44))
     rendering.check()
     assert rendering.notes == []
     job = rendering.farm.job
+    assert all(job.key in loaded for loaded in client.run(loads).values())
     client.run(replace_loading)
     again = Rendering(client, room(spp=44))
     again.check()
@@ -215,9 +236,11 @@ def restore_loading():
         ("no finite", None),
     ],
 )
-def test_what_is_no_pass_is_rendered_elsewhere(client, workers, room, kind, told):
+def test_what_is_no_pass_is_rendered_elsewhere(client, workers, room, tmp_path, kind, told):
     """One worker fails at its first two passes and is forgiven; nothing that it said counts."""
-    client.run(replace_rendering, kind, 2, workers=workers[:1])
+    flag = str(tmp_path / "flag")
+    client.run(replace_rendering, kind, 2, tells=flag, workers=workers[:1])
+    client.run(replace_rendering, "own", waits=flag, workers=workers[1:])
     rendering = Rendering(client, room(spp=44))
     rendering.check()
     if told:
@@ -227,8 +250,10 @@ def test_what_is_no_pass_is_rendered_elsewhere(client, workers, room, kind, told
         assert rendering.notes == []
 
 
-def test_a_worker_that_always_fails_is_not_used(client, workers, room):
-    client.run(replace_rendering, "error", workers=workers[:1])
+def test_a_worker_that_always_fails_is_not_used(client, workers, room, tmp_path):
+    flag = str(tmp_path / "flag")
+    client.run(replace_rendering, "error", tells=flag, at=farms.FAILURES, workers=workers[:1])
+    client.run(replace_rendering, "own", waits=flag, workers=workers[1:])
     rendering = Rendering(client, room(spp=44))
     rendering.check()
     assert rendering.farm.banned == {workers[0]: "FloatingPointError: out of order"}
@@ -251,7 +276,9 @@ def test_a_scene_that_makes_nan_everywhere_is_rendered(client, workers, room):
     assert rendering.accumulator.done == rendering.to_do
 
 
-def test_a_worker_of_another_version_is_not_used(client, workers, room, monkeypatch):
+def test_a_worker_of_another_version_is_not_used(client, workers, room, tmp_path):
+    """The other one waits until it has been found out."""
+
     def other_version():
         from relume import fingerprint
 
@@ -266,51 +293,65 @@ def test_a_worker_of_another_version_is_not_used(client, workers, room, monkeypa
         importlib.reload(fingerprint)
 
     path = room("LENS\n0.3 14", spp=44)
+    flag = tmp_path / "flag"
+    client.run(replace_rendering, "own", waits=str(flag), workers=workers[1:])
     client.run(other_version, workers=workers[:1])
     try:
         rendering = Rendering(client, path)
-        rendering.check()
+        for _ in rendering.steps(idle=True):
+            if workers[0] in rendering.farm.banned:
+                flag.touch()
+        rendering.same()
     finally:
         client.run(own_version)
     assert "mitsuba is 2.0, expected 3." in rendering.farm.banned[workers[0]]
 
 
 @pytest.mark.parametrize("kind", ["hang", "late"])
-def test_a_worker_that_hangs_is_left_alone(client, workers, room, monkeypatch, kind):
-    """Also one that wakes up later: what it then returns does not count a second time."""
+def test_a_worker_that_hangs_is_left_alone(client, workers, room, monkeypatch, tmp_path, kind):
+    """Also one that wakes up later: what it then returns does not count a second time.
+
+    The clock is ours: it stands until nothing but the passes of the hanging worker is left.
+    """
+    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
+    monkeypatch.setattr(farms, "time", clock)
+    begun, awake = str(tmp_path / "begun"), str(tmp_path / "awake")
+    what = {"hang": "hang", "late": "own"}[kind]
+    client.run(replace_rendering, what, tells=begun, waits=awake, workers=workers[:1])
+    client.run(replace_rendering, "own", waits=begun, workers=workers[1:])
     rendering = Rendering(client, room(spp=44))
-    monkeypatch.setattr(farms, "PATIENCE", (2.0, 5.0))
-    steps = rendering.steps()
-    next(steps), next(steps)
-    client.run(replace_rendering, kind, workers=workers[:1])
-    for _ in steps:
-        if kind == "late" and workers[0] in rendering.farm.banned:
-            time.sleep(0.3)
+    farm = rendering.farm
+    for _ in rendering.steps(idle=True):
+        hanging, other = (farm.workers.get(address) for address in workers)
+        if hanging and hanging.ready and not farm.waiting and other and not other.tasks:
+            clock.now += farms.LOADING + farms.LOOK
+        if not hanging and kind == "late":
+            open(awake, "w").close()
+    open(awake, "w").close()
     rendering.same()
-    assert "no answer for" in rendering.farm.banned.get(workers[0], "no answer for")
+    assert "no answer for" in farm.banned[workers[0]]
 
 
-def test_a_worker_that_dies_and_one_that_comes(cluster, client, workers, room):
+def test_a_worker_that_dies_and_one_that_comes(cluster, client, workers, room, tmp_path):
     """SIGKILL in the middle; the two passes that it had are rendered by the others."""
+    begun, never = str(tmp_path / "begun"), str(tmp_path / "never")
+    client.run(replace_rendering, "own", tells=begun, waits=never, workers=workers[:1])
+    client.run(replace_rendering, "own", waits=begun, workers=workers[1:])
     rendering = Rendering(client, room(spp=240), spp=240)
-    client.run(replace_rendering, "slow", workers=workers[1:])
     steps = rendering.steps()
     next(steps)
-    while not rendering.farm.workers[workers[0]].ready:
-        next(steps)
-    next(steps)
-    client.run(restore, workers=workers[1:])
     pids = client.run(os.getpid)
     os.kill(pids[workers[0]], signal.SIGKILL)
-    next(steps)
     cluster.scale(3)
     seen = {}
     for _ in steps:
         seen |= rendering.farm.workers
-        if len(seen) < 2:
-            time.sleep(0.5)  # until the new one has come
+        while not client.nthreads().keys() - set(workers):
+            time.sleep(0.1)  # until a new one has come
+        if not seen.keys() - set(workers):
+            time.sleep(farms.LOOK / 10)  # until it is noticed
     rendering.same()
-    assert workers[0] not in rendering.farm.workers and len(seen) >= 2
+    assert workers[0] not in rendering.farm.workers and seen.keys() - set(workers)
 
 
 # ---- sums

@@ -147,7 +147,7 @@ def test_views_and_sliders_work_in_a_browser(room, tmp_path):
         url = (tmp_path / f"{name}.html").as_uri()
         done = subprocess.run(
             [*command, "--virtual-time-budget=3000", f"--user-data-dir={tmp_path}/chromium", url],
-            capture_output=True, text=True, timeout=60, check=True,
+            capture_output=True, text=True, timeout=600, check=True,
         )  # fmt: skip
         shown[name] = done.stdout
         assert "<canvas" in done.stdout and "<img" not in done.stdout

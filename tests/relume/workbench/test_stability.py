@@ -11,7 +11,8 @@ import relume
 from relume import translator
 from relume.cli import main
 from relume.options import RenderOptions
-from relume.workbench import stability, stability_page
+from relume.translator.outcomes import OUTCOMES
+from relume.workbench import stability, stability_page, stability_runs
 from relume.workbench.cells import Case, Cell, Family, all_cells
 from relume.workbench.stability_verdict import NEGLIGIBLE, Measurement, RunStatistics
 
@@ -78,6 +79,11 @@ def test_a_failure_that_is_said_is_not_silent():
     assert not Measurement(error=0.5, said="single precision").silent
     assert not Measurement(said="no such light", refused=True).silent
     assert not Measurement(error=0.02).silent
+
+
+def test_codes_of_limits_are_outcomes():
+    """A cell asks reports for them; a code that no report has would never excuse a failure."""
+    assert set(stability_runs.LIMITS) <= set(OUTCOMES)
 
 
 def test_fireflies_are_in_units_of_the_answer():
