@@ -285,9 +285,7 @@ def reflectances(
     if block.texture is not None:
         if material is not None and material.map_kd is not None:
             block.lines.remark("texture", "texture-over-map")
-        picture = load_texture(
-            find(block.texture), flip=False, spectral=spectral
-        )
+        picture = load_texture(find(block.texture), flip=False, spectral=spectral)
         return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:
         assert object_color is not None

@@ -183,13 +183,13 @@ def test_an_objects_texture_takes_precedence_over_map_kd(parts, write_picture, s
     """Row texture-over-map: the object's own texel, not its colour times that of map_Kd; the
     picture's alpha, not `d`, says where it is."""
     write_picture("a.png", np.full((2, 2, 3), 200))
-    write_picture("b.png", np.full((2, 2, 3), 100))
+    write_picture("b.png", np.full((2, 2, 3), 60))
     lines = "reflection diffuse\ncolor 0.5 0.5 0.5\ntexture b.png\n"
     (part,) = parts(MATERIAL + shown + "map_Kd a.png\n", lines)
     bsdf = part["bsdf"]
     assert bsdf["type"] == "twosided"
     texels = np.asarray(bsdf["bsdf"]["reflectance"]["picture"].pixels)
-    np.testing.assert_allclose(texels, 100 / 255, rtol=1e-6)
+    np.testing.assert_allclose(texels, 60 / 255, rtol=1e-6)
 
 
 
