@@ -168,7 +168,7 @@ def read(
         documents = [Path(str(file)) for file in state.files]
         named = [found for file in documents for found in _named(file, resolver)]
     for file in (*documents, *named):
-        files_read.note(file)
+        files_read.record(file)
     return MitsubaFile(path, scene, dispersive)
 
 

@@ -31,6 +31,7 @@ def check(document: Document) -> list[Problem]:
     for block in document.objects:
         _shape(block, problems)
         _spot(block, problems)
+        _parallel_light(block, problems)
     return problems
 
 
@@ -111,6 +112,12 @@ def _spot(block: SceneObject, problems: list[Problem]) -> None:
         _problem(problems, block.lines, "spot_light_angle", message, "range")
     if not _has_direction(block.spot_light_dir):
         _problem(problems, block.lines, "spot_light_dir", "spot_light_dir of length 0")
+
+
+def _parallel_light(block: SceneObject, problems: list[Problem]) -> None:
+    direction = block.parallel_light_dir
+    if block.parallel_light and direction is not None and not _has_direction(direction):
+        _problem(problems, block.lines, "parallel_light_dir", "parallel_light_dir of length 0")
 
 
 def _difference(a: Triple, b: Triple) -> Triple:

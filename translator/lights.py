@@ -8,11 +8,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from relume.translator import geometry
+from relume.translator.diagnostics import Problem
 from relume.translator.document import Document
 from relume.translator.objects import SceneObject
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, rgb
 from relume.translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+
+GRAZING = 1e-6
+"""Sine of the angle between a plane and its parallel light below which no light leaves it."""
 
 TWO_SIDED = (Hemisphere, Plane, MeshFile)
 """Shapes that emit on both sides; a finite plane emits on the side of its normal alone (section
@@ -127,6 +131,20 @@ def _infinity_light(
         "direction": _floats(direction / length),
         "irradiance": rgb(math.pi * factor * emission),
     }
+
+
+def beam_problem(block: SceneObject, matrix: np.ndarray, dialect: str) -> Problem | None:
+    """The problem of a parallel light that shines along its own plane, or None; as `lamp`."""
+    if not (block.parallel_light and isinstance(block.shape, UVPlane)):
+        return None
+    beam = _parallel_beam(block, block.shape, matrix, dialect)
+    u, v, direction = (np.array(beam[key]) for key in ("edge_u", "edge_v", "direction"))
+    across = abs(np.cross(geometry.unit(u), geometry.unit(v)) @ direction)
+    if not across <= GRAZING:  # a direction of length 0 is told by `checks`
+        return None
+    line = block.lines.line("parallel_light_dir")
+    message = "parallel_light_dir lies in the plane of the light: no light leaves it"
+    return Problem(line, 1, message, "value")
 
 
 def _parallel_beam(
