@@ -237,10 +237,12 @@ class _Reader:
         Raises:
             CannotRender: there is no sensor, or a file is missing.
         """
-        scene = {"type": "scene"} | {name: self.entry(i) for i, name in self.top.items()}
+        scene: Entry = {"type": "scene"}
+        scene |= {name: self.entry(i) for i, name in self.top.items()}
         if "sensor" not in scene:
             raise CannotRender(f"{self.path}: the scene has no sensor")
-        return DEFAULTS["scene"] | scene | {"sensor": DEFAULTS["sensor"] | scene["sensor"]}
+        sensor: Entry = DEFAULTS["sensor"] | scene["sensor"]
+        return DEFAULTS["scene"] | scene | {"sensor": sensor}
 
     def entry(self, index: int) -> Entry:
         """The dictionary of a node."""
@@ -262,7 +264,8 @@ class _Reader:
 
     def _names(self, index: int) -> dict[int, str]:
         """The names of the objects inside a node, by their index: a role, an id or a parameter."""
-        props, result = self.nodes[index].props, {}
+        props = self.nodes[index].props
+        result: dict[int, str] = {}
         for key in props:
             if props.type(key) == mi.Properties.Type.ResolvedReference:
                 inside = props[key].index()
