@@ -52,3 +52,14 @@ def test_a_pipe_has_no_width(room, columns):
     assert lines[0] == f"{path}: unsupported"
     heads = [line for line in lines if "use_mollweide_projection" in line]
     assert len(heads) == 2 and all("general relativity is outside" in line for line in heads)
+
+
+def test_what_is_piped_comes_in_the_order_of_printing():
+    """Also where both streams end in one pipe."""
+    code = (
+        "import click\nfrom relume.consoles import console\n"
+        "console(stderr=True).print('first')\nclick.echo('second')"
+    )
+    words = [sys.executable, "-c", code]
+    run = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert run.stdout == "first\nsecond\n"
