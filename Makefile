@@ -3,13 +3,14 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
-PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors
+PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors textures
 QUIET   = $$(test -t 1 || echo --quiet)
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
-        study-media study-references study-convergence study-peer study-scaling study-metropolis
+        study-media study-references study-convergence study-peer study-peer-corpus \
+        study-scaling study-metropolis
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -102,9 +103,13 @@ study-references: setup
 study-convergence: setup
 	$(STUDY) convergence $(CELLS)
 
-# make study-peer REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
+# make study-peer REFERENCES="folder of scenes, pictures and table.tsv" SCENES="names; all if none"
 study-peer: setup
-	$(STUDY) peer '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' $(PICTURES)
+	$(STUDY) peer '$(REFERENCES)' $(if $(SCENES),--scenes $(SCENES))
+
+# make study-peer-corpus REFERENCES="folder of pictures" CORPUS="folder of scene files" ASSETS="..."
+study-peer-corpus: setup
+	$(STUDY) peer-corpus '$(REFERENCES)' '$(CORPUS)' '$(ASSETS)' $(PICTURES)
 
 # Half an hour; what it prints goes into docs/scaling.md. Nothing else should run.
 study-scaling: setup

@@ -23,6 +23,12 @@ def polar(r: mi.Float, phi: mi.Float) -> tuple[mi.Float, mi.Float]:
     return r * cos_phi, r * sin_phi
 
 
+def share(part: mi.Spectrum, other: mi.Spectrum) -> mi.Float:
+    """Return the share of `part` in the sum of two, over all channels, without gradients."""
+    a, b = (dr.sum(dr.abs(dr.detach(value))) for value in (part, other))
+    return dr.select(a + b > 0, a / dr.select(a + b > 0, a + b, 1), 0.5)
+
+
 def diffuse_plus_lobe() -> type[mi.BSDF]:
     """Return the base class of BRDFs f = rho_d/pi + rho_s f_lobe, for the variant in use.
 
@@ -79,9 +85,7 @@ def diffuse_plus_lobe() -> type[mi.BSDF]:
                 rho_d = self.diffuse_reflectance.eval(si, active)
             if ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
                 rho_s = self.specular_reflectance.eval(si, active)
-            d, s = (dr.sum(dr.abs(dr.detach(rho))) for rho in (rho_d, rho_s))
-            p_lobe = dr.select(d + s > 0, s / dr.select(d + s > 0, d + s, 1), 0.5)
-            return rho_d, rho_s, p_lobe, self.shape(si, active)
+            return rho_d, rho_s, share(rho_s, rho_d), self.shape(si, active)
 
         def value_and_pdf(self, surface, wi, wo, active):
             """Return (f cos theta_o, pdf of ``draw``) and the mask of what lies above."""

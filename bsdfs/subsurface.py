@@ -37,6 +37,10 @@ r"""Translucent material behind a smooth boundary (``subsurface``)
      - spectrum or texture
      - Tint of what passes the boundary, once inwards and once outwards. Default: 1.
        Differentiable.
+   * - ``object``
+     - string
+     - Name of the object: surfaces of one name share a medium, whether they touch or not. Default:
+       empty, for surfaces that are one object as far as they are connected.
 
 The surface of a homogeneous scattering medium, with Fresnel's formulas for unpolarized light at
 the boundary. It is meant for the integrator ``dipole``, which finds where light that leaves here
@@ -172,6 +176,7 @@ def define() -> type[mi.BSDF]:
                 raise ValueError(f"eta is {self.eta}, but must be above 0")
             if dr.any((self.scale < 0) | (self.r_max < 0)):
                 raise ValueError("scale and r_max must not be below 0")
+            self.object = props.get("object", "")
             self.level = props.get("level", LEVELS[0])
             if self.level not in LEVELS:
                 raise ValueError(f"level is {self.level}, but must be -1 or -2")

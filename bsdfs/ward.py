@@ -23,6 +23,9 @@ r"""Ward's anisotropic reflection (``ward``)
    * - ``tangent_frame``
      - string
      - ``uv``, where x follows the surface's u, or ``world``, as below. Default: ``uv``.
+   * - ``blend``
+     - boolean
+     - Weigh both parts by their shares, as below. Default: false.
 
 With :math:`i, o` the unit directions to viewer and light, :math:`H = i + o`, h the unit half
 vector, n the normal, :math:`i \cdot n` and :math:`o \cdot n` above 0,
@@ -45,6 +48,14 @@ of ``ward`` falls towards grazing angles, that of ``duer`` exceeds 1 there.
 :math:`X \times n` elsewhere, and :math:`y = n \times x`, with X, Y the axes of world space: the
 frame of a renderer that knows no UV coordinates, whatever the parametrization of the surface. The
 material is one-sided; wrap it in ``twosided`` for surfaces that are seen from both sides.
+
+With ``blend`` the two parts are, at each point,
+
+.. math::
+    \rho_d' = \rho_d \frac{\bar\rho_d}{\bar\rho_d + \bar\rho_s}, \qquad
+    \rho_s' = \rho_s \frac{\bar\rho_s}{\bar\rho_d + \bar\rho_s}
+
+with bars for means over the channels: the blend of the original renderer.
 
 The lobe is sampled by the slope of h,
 :math:`\sqrt{-\ln u}\,(\alpha_x \cos 2 \pi v, \alpha_y \sin 2 \pi v)`. The weights are
@@ -87,7 +98,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from relume.bsdfs.common import choice, diffuse_plus_lobe, polar
+from relume.bsdfs.common import choice, diffuse_plus_lobe, polar, share
 
 MIN_ALPHA = 1e-4
 VARIANTS = ("ward", "duer", "balanced")
@@ -114,12 +125,22 @@ def define() -> type[mi.BSDF]:
             self.alpha_v = props.get_texture("alpha_v", 0.1)
             self.variant = choice(props, "variant", VARIANTS)
             self.tangent_frame = choice(props, "tangent_frame", TANGENT_FRAMES)
+            self.blend = props.get("blend", False)
             self.set_lobes((self.alpha_u, self.alpha_v), mi.BSDFFlags.Anisotropic)
 
         def traverse(self, cb):
             super().traverse(cb)
             for name in ("alpha_u", "alpha_v"):
                 cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+
+        def surface(self, ctx, si, active):
+            rho_d, rho_s, p_lobe, shape = super().surface(ctx, si, active)
+            if self.blend:
+                color = self.diffuse_reflectance.eval(si, active)
+                weight = share(color, self.specular_reflectance.eval(si, active))
+                rho_d, rho_s = rho_d * weight, rho_s * (1 - weight)
+                p_lobe = share(rho_s, rho_d)
+            return rho_d, rho_s, p_lobe, shape
 
         def shape(self, si, active):
             alpha_u, alpha_v = (

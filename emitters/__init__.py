@@ -2,7 +2,7 @@
 
 from relume.registration import register_plugins
 
-PLUGINS = ("falloffspot", "ibldome", "parallelbeam", "twosidedarea")
+PLUGINS = ("apparentlamp", "domesun", "falloffspot", "ibldome", "parallelbeam", "twosidedarea")
 """Ids of the plugins; each has a module of its name."""
 
 register_plugins("emitter", __name__, PLUGINS)

@@ -90,6 +90,7 @@ from relume.integrators.common import (
 )
 from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.integrators.probing import find_entry
+from relume.integrators.seethrough import Surfaces
 from relume.integrators.translucentmaterials import TranslucentMaterials, medium_of
 from relume.integrators.vertices import (
     Interior,
@@ -144,6 +145,7 @@ def define() -> type[mi.SamplingIntegrator]:
         @dr.syntax
         def trace(self, scene, sampler, ray, active, materials):
             profile = PROFILES[self.profile]
+            surfaces = Surfaces(scene)
             extent = mi.Float(2 * scene.bbox().bounding_sphere().radius)
             dr.make_opaque(extent)
             ctx = mi.BSDFContext()
@@ -164,6 +166,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 si = pi.compute_surface_interaction(ray, mi.RayFlags.All, active)
                 valid = si.is_valid()
                 entry = active & (kind == ENTRY)
+                met = materials.objects.at(si, active & valid)
                 scatters, crossing = mi.Bool(False), mi.Bool(False)
                 x = mi.Point3f(si.p)
 
@@ -172,7 +175,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 if dr.hint(materials.refract, mode="scalar"):
                     inside, crossing = active & (kind == INNER), active & (kind == CROSSING)
                     scatters, distance, weight = through_medium(
-                        interior, β, ray, si, sampler.next_2d(), inside, crossing
+                        interior, β, ray, si, met, sampler.next_2d(), inside, crossing
                     )
                     x = dr.select(scatters, ray(distance), x)
                     β *= weight
@@ -187,7 +190,12 @@ def define() -> type[mi.SamplingIntegrator]:
                 if dr.hint(self.hide_emitters, mode="scalar"):
                     active &= (depth > 0) | valid | (kind != SURFACE)
                     surface &= active
-                L = dr.fma(β, emission(scene, si, previous, surface), L)
+                Le = emission(scene, si, previous, surface)
+                T = mi.Spectrum(0)
+                if dr.hint(surfaces.see_through, mode="scalar"):
+                    T = si.bsdf(ray).eval_null_transmission(si, surface)
+                    Le *= surfaces.shining(si.shape, T)
+                L = dr.fma(β, Le, L)
                 active_next = active & (depth + 1 < self.max_depth) & (valid | scatters)
 
                 # ------------------------- emitter sampling -------------------------
@@ -207,7 +215,8 @@ def define() -> type[mi.SamplingIntegrator]:
                     sampler.next_2d(),
                     active_next & (entry | scatters | (surface & smooth)),
                     scatters,
-                    materials.refract,
+                    materials,
+                    surfaces,
                 )
 
                 # --------------- evaluation and sampling in one call ---------------
@@ -233,13 +242,16 @@ def define() -> type[mi.SamplingIntegrator]:
                 diffuses = goes_in & mi.has_flag(chosen, mi.BSDFFlags.DiffuseReflection)
                 refracted = mi.has_flag(chosen, mi.BSDFFlags.DeltaTransmission)
                 seen |= active_next & ~mi.has_flag(chosen, mi.BSDFFlags.Null)
-                same_way = crossing | diffuses
+                # Emitter sampling sees through surfaces, too: it stays where light last scattered.
+                passes = active_next & surface & mi.has_flag(chosen, mi.BSDFFlags.Null)
+                passes &= dr.any(T != 0)
+                same_way = crossing | diffuses | passes
                 delta = mi.has_flag(chosen, mi.BSDFFlags.Delta)
                 here = PreviousVertex(mi.Interaction3f(from_x), vertex.pdf_w, delta)
                 previous = dr.select(same_way, previous, here)
                 depth[active_next & ~(same_way | (goes_in & refracted))] += 1
                 interior.before = dr.select(scatters, ray.d, interior.before)
-                interior.boundary = dr.select(goes_in, si.shape, interior.boundary)
+                interior.boundary = dr.select(goes_in, met, interior.boundary)
                 if goes_in:
                     inner_bsdf = materials.translucent(bsdf)
                     interior.medium = dr.dispatch(inner_bsdf, medium_of, si, goes_in)
@@ -261,7 +273,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 diffuses &= active
                 if diffuses:
                     below = profile(interior.medium, extent)
-                    found = find_entry(scene, si, below, β, u1, u2, u3, diffuses)
+                    found = find_entry(scene, materials.objects, si, below, β, u1, u2, u3, diffuses)
                     β = β * found.weight
                     ray = found.ray
                     pi = found.pi

@@ -16,6 +16,7 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.diffusion import Standard, sample_channel
+from relume.integrators.translucentobjects import TranslucentObjects
 
 AXES = (0.5, 0.25, 0.25)
 """Probabilities of the normal and the two tangents."""
@@ -67,6 +68,7 @@ def density(
 @dr.syntax
 def find_entry(
     scene: mi.Scene,
+    objects: TranslucentObjects,
     si: mi.SurfaceInteraction3f,
     profile: Standard,
     throughput: mi.Spectrum,
@@ -79,6 +81,7 @@ def find_entry(
 
     Args:
         scene: the scene.
+        objects: the scene's translucent ones.
         si: where light leaves.
         profile: of `relume.integrators.diffusion`, for the medium behind `si`.
         throughput: ``mi.Spectrum`` of the path, which the choice of the channel follows.
@@ -103,6 +106,7 @@ def find_entry(
     first.o, first.d = dr.fma(height, disk.n, si.p + offset), -disk.n
     first.maxt, first.time, first.wavelengths = 2 * height, si.time, si.wavelengths
 
+    own = objects.at(si, active)
     chosen = dr.zeros(mi.PreliminaryIntersection3f)
     value, chosen_weight, total = mi.Spectrum(0), mi.Float(1), mi.Float(0)
     ray, t, u = mi.Ray3f(first), mi.Float(0), mi.Float(sample3)
@@ -117,7 +121,7 @@ def find_entry(
         z = dr.select(dr.abs(z) > rounding, z, 0)
         d = dr.fma(z, disk.n, offset)
         distance = dr.norm(d)
-        same = searching & (pi.shape == si.shape) & (pi.instance == si.instance)
+        same = searching & objects.at(hit, searching).is_same(own)
         same &= distance <= profile.r_max
         p = density(profile, p_channel, frame, d, hit.n)
         carried = profile.weight(distance) / dr.maximum(p, 1e-30)

@@ -18,9 +18,14 @@ r"""Factor and limit of every sample (``samplescale``)
      - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit. Default:
        0.
 
-A sample of radiance :math:`L` and luminance :math:`Y` (as in ``mi.luminance``) becomes
+A sample of radiance :math:`L` and luminance :math:`Y` becomes
 :math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture
 is biased dark.
+
+In spectral variants a sample knows its radiance at a few wavelengths :math:`\lambda_i` alone. Its
+luminance is their mean, weighted by :math:`\bar y(\lambda_i) / p(\lambda_i)` for the density
+:math:`p` of the wavelengths: that of an equal radiance at all wavelengths is exact, whatever they
+are. A sample that carries its first wavelength alone, as dispersion leaves it, counts as white.
 
 **Source.** Legacy manual, `luminance_cutoff`; scene language section 13.4, where a sample may add
 at most `luminance_cutoff` to the average of a pixel, so :math:`Y_{max}` is that times the samples
@@ -41,6 +46,22 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.common import nested_integrator, with_depth_range
+
+
+def luminance(L: mi.Spectrum, wavelengths: mi.Spectrum) -> mi.Float:
+    """The luminance of samples.
+
+    Args:
+        L: their radiance.
+        wavelengths: those of their rays [nm], in spectral variants.
+    """
+    if not mi.is_spectral:
+        return mi.luminance(L, wavelengths)
+    weight = dr.rcp(mi.pdf_rgb_spectrum(wavelengths))
+    white = dr.maximum(mi.luminance(weight, wavelengths), 1e-30)
+    known = mi.luminance(weight * L, wavelengths) / white
+    others = dr.sum(dr.abs(L)) - dr.abs(L[0])
+    return dr.select(others == 0, dr.mean(L), known)
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -71,14 +92,9 @@ def define() -> type[mi.SamplingIntegrator]:
         def sample(self, scene, sampler, ray, medium=None, active=True):
             L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
             if self.limited:
-                Y = self.luminance(L, ray.wavelengths)
+                Y = luminance(L, ray.wavelengths)
                 L *= dr.minimum(1, self.luminance_limit / dr.maximum(Y, 1e-30))
             return L * self.response, valid, aovs
-
-        def luminance(self, L, wavelengths):
-            if mi.is_spectral:  # what the sensor makes of it: it weighs wavelengths by this density
-                L = L / mi.pdf_rgb_spectrum(wavelengths)
-            return mi.luminance(L, wavelengths)
 
         def to_string(self):
             return f"SampleScale[{self.nested}]"

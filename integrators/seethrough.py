@@ -68,6 +68,7 @@ class Surfaces:
         disperse: whether some surface parts the wavelengths (`relume.bsdfs.dispersion`).
         masked_lamps: whether some shape that shines has a ``mask``.
         solid_lamps: shapes that shine and let light pass, but whose light no mask holds back.
+        backdrops: shapes that are not lit where they are seen.
     """
 
     def __init__(self, scene: mi.Scene) -> None:
@@ -81,6 +82,20 @@ class Surfaces:
                 (masked if shape.bsdf().class_name() == "MaskBSDF" else solid).append(shape)
         self.masked_lamps = bool(masked)
         self.solid_lamps = solid
+        lamps = [shape for shape in scene.shapes() if shape.is_emitter()]
+        self.backdrops = [lamp for lamp in lamps if getattr(lamp.emitter(), "backdrop", False)]
+
+    def unlit(self, shape: Any, seen: Any) -> Any:
+        """Whether a surface that a ray meets is a backdrop.
+
+        Args:
+            shape: `mi.ShapePtr`.
+            seen: `mi.Bool`, whether no emitter sample could have drawn the ray.
+        """
+        found = mi.Bool(False)
+        for backdrop in self.backdrops:
+            found |= shape == mi.ShapePtr(backdrop)
+        return found & seen
 
     def shining(self, shape: Any, T: Any) -> Any:
         """The share of its emission with which a surface of null transmission `T` shines."""

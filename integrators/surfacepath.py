@@ -37,6 +37,9 @@ takes over. A scene without such surfaces does not pay for them.
 **A lamp with a mask** shines as far as it is there: its radiance is multiplied by the opacity. In
 stock integrators it shines fully.
 
+**A backdrop** (``apparentlamp``) shows what it emits where the sensor sees it, straight or by way
+of mirrors and glass, and is not lit there.
+
 **Dispersion.** At the first dispersive refraction of a path all wavelengths but the first are
 dropped and the throughput is multiplied by their number (`relume.bsdfs.dispersion`), in spectral
 variants and in scenes that disperse.
@@ -172,7 +175,8 @@ def define() -> type[mi.SamplingIntegrator]:
 
             meets = path.active & si.is_valid() & ~hidden
             goes_on = meets & (path.depth + 1 < self.max_depth)
-            scatters = goes_on
+            goes_on &= ~surfaces.unlit(si.shape, path.delta)
+            scatters = mi.Bool(goes_on)  # a copy
             if surfaces.see_through:  # so may the end of the longest path be
                 scatters |= meets & mi.has_flag(flags, mi.BSDFFlags.Null)
 

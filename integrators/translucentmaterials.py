@@ -11,6 +11,7 @@ import numpy as np
 
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.singlescattering import no_medium
+from relume.integrators.translucentobjects import TranslucentObjects
 
 
 class TranslucentMaterials:
@@ -18,6 +19,7 @@ class TranslucentMaterials:
 
     Attributes:
         inner: from the material of a shape to the `subsurface` in it.
+        objects: `TranslucentObjects`, what the shapes of these materials make up.
         has_blends: whether some material has more than its `subsurface` in it.
         refract: whether paths run on inside some material, which those of level -2 do not allow.
     """
@@ -25,12 +27,16 @@ class TranslucentMaterials:
     def __init__(self, scene: mi.Scene) -> None:
         self.inner = {}
         self.has_blends = False
-        for outer in outermost_materials(scene):
+        shapes = list(shapes_below(scene))
+        for outer in {shape.bsdf() for shape in shapes}:
             leaves = list(leaf_materials(outer))
             translucent = [leaf for leaf in leaves if hasattr(leaf, "medium")]
             if translucent:
                 self.inner[outer] = translucent[0]
                 self.has_blends |= len(leaves) > 1
+        self.objects = TranslucentObjects(
+            [(s, self.inner[s.bsdf()].object) for s in shapes if s.bsdf() in self.inner]
+        )
         self.refract = any(bsdf.level == -1 for bsdf in self.inner.values())
 
     def __bool__(self):
@@ -69,12 +75,17 @@ def nested(parent: mi.Object, kind: type) -> list[Any]:
     return collector.found
 
 
-def outermost_materials(parent: mi.Object) -> set[Any]:
-    """The BSDFs of all shapes below `parent`, those of instances included."""
-    materials = set(nested(parent, mi.BSDF))
-    for shape in nested(parent, mi.Shape):
-        materials |= outermost_materials(shape)
-    return materials
+def shapes_below(parent: mi.Object) -> Iterator[mi.Shape]:
+    """Yield all shapes with a material below `parent`, those of groups once."""
+    seen = set()
+    pending = nested(parent, mi.Shape)
+    while pending:
+        shape = pending.pop()
+        if shape not in seen:
+            seen.add(shape)
+            pending += nested(shape, mi.Shape)
+            if shape.bsdf() is not None:
+                yield shape
 
 
 def leaf_materials(bsdf: mi.BSDF) -> Iterator[mi.BSDF]:

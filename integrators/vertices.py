@@ -13,6 +13,7 @@ import mitsuba as mi
 
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import ExitPoint, Standard
+from relume.integrators.seethrough import Surfaces
 from relume.integrators.singlescattering import (
     leave_straight,
     no_medium,
@@ -21,6 +22,8 @@ from relume.integrators.singlescattering import (
     sample_distance,
     sample_phase,
 )
+from relume.integrators.translucentmaterials import TranslucentMaterials
+from relume.integrators.translucentobjects import ObjectId
 
 
 @dataclass
@@ -29,13 +32,13 @@ class Interior:
 
     Attributes:
         medium: `SubsurfaceMedium`.
-        boundary: ``mi.ShapePtr``, the object that it fills.
+        boundary: `ObjectId` of the object that it fills.
         exit: `ExitPoint`, where the path has come in, which is where light leaves.
         before: ``mi.Vector3f``, direction of travel before the path scattered.
     """
 
     medium: SubsurfaceMedium
-    boundary: mi.ShapePtr
+    boundary: ObjectId
     exit: ExitPoint
     before: mi.Vector3f
 
@@ -43,7 +46,7 @@ class Interior:
     def none(cls) -> Interior:
         """That of paths that are outside."""
         exit = ExitPoint(mi.Point3f(0), mi.Normal3f(0))
-        return cls(no_medium(), dr.zeros(mi.ShapePtr), exit, mi.Vector3f(0))
+        return cls(no_medium(), ObjectId.none(), exit, mi.Vector3f(0))
 
 
 @dataclass
@@ -171,6 +174,7 @@ def through_medium(
     throughput: mi.Spectrum,
     ray: mi.Ray3f,
     si: mi.SurfaceInteraction3f,
+    met: ObjectId,
     sample: mi.Point2f,
     inside: mi.Bool,
     crossing: mi.Bool,
@@ -182,6 +186,7 @@ def through_medium(
         throughput: ``mi.Spectrum`` of the path.
         ray: of the path.
         si: what the ray meets.
+        met: the object that it meets.
         sample: ``mi.Point2f``, uniform variates for the distance.
         inside: lanes that run on from the boundary, and may scatter on the way.
         crossing: lanes that have scattered, and leave straight.
@@ -195,7 +200,7 @@ def through_medium(
     # Of the way from the last scattering the weight so far is that of the phase function.
     leaves = leave_straight(medium, si, ray.d, interior.before)
     leaves /= phase(medium, dr.dot(ray.d, interior.before))
-    leaves = dr.select(valid & (si.shape == interior.boundary), leaves, 0)
+    leaves = dr.select(valid & met.is_same(interior.boundary), leaves, 0)
     weight = dr.select(inside, weight, dr.select(crossing, leaves, 1))
     return scatters & inside, distance, weight
 
@@ -226,7 +231,8 @@ def sample_emitter(
     sample: mi.Point2f,
     active: mi.Bool,
     scatters: mi.Bool,
-    refract: bool,
+    materials: TranslucentMaterials,
+    surfaces: Surfaces,
 ) -> EmitterSample:
     """Draw a point of an emitter and look whether it is seen.
 
@@ -238,7 +244,8 @@ def sample_emitter(
         sample: ``mi.Point2f``, uniform variates.
         active: lanes.
         scatters: lanes inside a medium.
-        refract: Python boolean, whether there can be any.
+        materials: the translucent ones; whether they refract says whether there can be any.
+        surfaces: those that light crosses straight on.
 
     Returns:
         `EmitterSample`.
@@ -246,15 +253,23 @@ def sample_emitter(
     ds, weight = scene.sample_emitter_direction(vertex, sample, False, active)
     active = active & (ds.pdf != 0)
     shadow = vertex.spawn_ray_to(ds.p)
-    arrives = mi.Spectrum(0)
-    if dr.hint(refract, mode="scalar"):
+    arrives, inside = mi.Spectrum(0), mi.Bool(False)
+    left = dr.zeros(mi.SurfaceInteraction3f)
+    if dr.hint(materials.refract, mode="scalar"):
         inside = active & scatters
         if inside:
             si = scene.ray_intersect(shadow, mi.RayFlags.All, coherent=False, active=inside)
             arrives = leave_straight(interior.medium, si, ds.d, before)
-            inside &= si.is_valid() & (si.shape == interior.boundary)
+            inside &= si.is_valid() & materials.objects.at(si, inside).is_same(interior.boundary)
             arrives = dr.select(inside, arrives, 0)
             shadow = dr.select(inside, si.spawn_ray_to(ds.p), shadow)
+            left = si
         active &= ~scatters | dr.any(arrives > 0)
-    active &= ~scene.ray_test(shadow, active)
+    if dr.hint(surfaces.see_through, mode="scalar"):
+        start = mi.SurfaceInteraction3f(vertex)
+        if dr.hint(materials.refract, mode="scalar"):
+            start = dr.select(inside, left, start)
+        weight = weight * surfaces.transmittance(scene, start, ds, active)
+    else:
+        active &= ~scene.ray_test(shadow, active)
     return EmitterSample(ds, weight, arrives, active)

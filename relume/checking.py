@@ -43,12 +43,14 @@ def check_file(
         environ: environment variables that override the file; by default those of the process.
 
     Returns:
-        A dictionary with `file`, `status` (`ok`, `error` or `unsupported`), `errors`, `lines` and
-        `plan` (None where there are errors that forbid one). Each of the lines has `line`,
-        `keyword`, `outcome`, `note` and `codes`.
+        A dictionary with `file`, `status` (`ok`, `error` or `unsupported`), `errors`, `lines`,
+        `notes` on the picture as a whole, of `code` and `note`, and `plan` (None where there are
+        errors that forbid one). Each of the lines has `line`, `keyword`, `outcome`, `note` and
+        `codes`.
     """
     problems: list[Problem] = []
     reports: list[LineReport] = []
+    notes: list[dict[str, str]] = []
     plan, status = None, "ok"
     try:
         if is_mitsuba_file(path):
@@ -61,6 +63,7 @@ def check_file(
             translation = translator.translate(document, dialect, asset_path)
         reports, status = translation.document.lines.all, translation.status()
         plan = translation.plan.as_dict()
+        notes = [{"code": n.code, "note": n.text} for n in translation.picture_notes()]
     except SceneError as error:
         problems = sorted({*problems, *error.problems})
     except Exception as error:
@@ -73,6 +76,7 @@ def check_file(
         "status": "error" if problems else status,
         "errors": [asdict(problem) for problem in problems],
         "lines": [report.as_dict() for report in sorted(reports, key=lambda report: report.line)],
+        "notes": [] if problems else notes,
         "plan": None if problems else plan,
     }
 
@@ -123,9 +127,14 @@ def print_results(results: Sequence[Result], console: Console, *, every_line: bo
             place = f"{error['line']}:{error['column']}: " if error["line"] else ""
             console.print(f"  [red]{place}[/]{escape(error['message'])} [dim]({error['kind']})[/]")
         _print_lines(result, console, every_line)
+        for note in result["notes"]:
+            text = escape(f"{note['note']} [{note['code']}]")
+            console.print(f"  [yellow]{text}[/]", highlight=False)
         if result["plan"]:
             _print_plan(result["plan"], console)
-    if any(line["codes"] for result in results for line in result["lines"]):
+    if any(line["codes"] for r in results for line in r["lines"]) or any(
+        result["notes"] for result in results
+    ):
         console.print("[dim]relume check --explain CODE tells more of a note[/]")
     if len(results) > 1:
         print_counts(results, console)

@@ -153,9 +153,10 @@ class _Files:
             return value
         if isinstance(value.get("mesh"), Mesh):
             rest = {k: v for k, v in value.items() if k not in ("type", "mesh")}
-            return {"type": "ply", "filename": self.mesh(value["mesh"], name)} | {
-                k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()
-            }
+            shape: dict[str, Any] = {"type": "ply", "filename": self.mesh(value["mesh"], name)}
+            # Where a file has no normals Mitsuba makes smooth ones unless told not to.
+            shape |= {} if value["mesh"].normals is not None else {"face_normals": True}
+            return shape | {k: self.externalise(v, f"{name}_{k}") for k, v in rest.items()}
         result: dict[str, Any] = {}
         for key, item in value.items():
             if isinstance(item, Picture):

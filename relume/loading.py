@@ -33,6 +33,9 @@ from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
 
+STAND_INS = {"surfacepath": "volpath"}
+"""What scalar variants run in the place of our plugins; lamps with a mask shine in full there."""
+
 SceneSource = str | os.PathLike[str] | Document
 """What is rendered: the path of a scene file or Mitsuba scene (.xml), or what `relume.read`
 returned."""
@@ -155,16 +158,15 @@ def usable_variant(plan: RenderPlan, wanted: str | None = None) -> str:
     if name not in mi.variants():
         raise CannotRender(f"unknown variant '{name}'; Mitsuba has {', '.join(mi.variants())}")
     library = llvm.install()
+    needed = [plugin for plugin in plan.plugins if plugin not in STAND_INS]
     if name.startswith("llvm") and not library.usable:
-        if wanted or plan.plugins or plan.variant != "llvm_ad_rgb":
-            needs = f" and the scene needs {', '.join(plan.plugins)}" if plan.plugins else ""
+        if wanted or needed or plan.variant != "llvm_ad_rgb":
+            needs = f" and the scene needs {', '.join(needed)}" if needed else ""
             raise CannotRender(f"{name} does not work here{needs}: {library.reason}")
         warnings.warn(f"rendering slowly with {FALLBACK}: {library.reason}", stacklevel=2)
         return FALLBACK
-    if name.startswith("scalar") and plan.plugins:
-        raise CannotRender(
-            f"{name} does not run the plugins of this scene: {', '.join(plan.plugins)}"
-        )
+    if name.startswith("scalar") and needed:
+        raise CannotRender(f"{name} does not run the plugins of this scene: {', '.join(needed)}")
     return name
 
 
@@ -250,10 +252,23 @@ def load_scene(translation: Translation) -> Scene:
     # Mitsuba 3.9 merges rectangles of one BSDF into a mesh without a bounding box. Lights at
     # infinity then are looked for within a sphere that is too small, and shine through walls.
     safe = shapes.count("rectangle") < 2
+    integrator = for_variant(translation.scene["integrator"])
+    translation = dataclasses.replace(
+        translation, scene=translation.scene | {"integrator": integrator}
+    )
     try:
         return mi.load_dict(translation.dictionary(), optimize=safe)
     except (RuntimeError, TypeError) as error:
         raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
+
+
+def for_variant(integrator: dict[str, Any]) -> dict[str, Any]:
+    """An integrator's dictionary with what the variant in use runs in the place of our plugins."""
+    if not mi.variant().startswith("scalar"):
+        return integrator
+    nested = {key: for_variant(x) for key, x in integrator.items() if isinstance(x, dict)}
+    kind = integrator.get("type", "")
+    return integrator | nested | {"type": STAND_INS.get(kind, kind)}
 
 
 def load_integrator(name: str, planned: dict[str, Any]) -> Integrator:
@@ -320,4 +335,6 @@ def for_mitsuba(translation: Translation, options: RenderOptions | None = None) 
     scene["sensor"] = sensor
     if options.integrator:
         scene["integrator"] = integrator_entry(options.integrator, scene["integrator"])
+    if mi.variant():
+        scene["integrator"] = for_variant(scene["integrator"])
     return dataclasses.replace(translation, scene=scene)

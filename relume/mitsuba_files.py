@@ -215,6 +215,10 @@ ROLES = {"Integrator": "integrator", "Sensor": "sensor", "Film": "film", "Sample
 """Names in the dictionary of the first object of a kind, by which all others find it."""
 
 
+PARTS = {"BSDF": "bsdf", "Emitter": "emitter"}
+"""Names of the first part of a kind that has none, as in translated scenes."""
+
+
 class _Reader:
     """Makes the dictionary of a parsed scene.
 
@@ -271,6 +275,8 @@ class _Reader:
                 inside = props[key].index()
                 node = self.nodes[inside]
                 role = ROLES.get(node.type.name)
+                if index and key.startswith("_arg_"):
+                    role = role or PARTS.get(node.type.name)
                 if role is None or role in result.values():
                     role = node.props.id() if index == 0 else key
                 result[inside] = role or key

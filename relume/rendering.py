@@ -21,8 +21,9 @@ from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
 from relume.progress import Progress, TimeLimit, interruptible, progress_bar
-from relume.session import CannotRender, accumulate
+from relume.session import CannotRender, accumulate, sees_nothing
 from relume.translator import Document, Translation
+from relume.translator.darkness import NOTHING_SEEN
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -194,6 +195,8 @@ def rendered_passes(
     """
     if cluster is None:
         with open_session(translation, options) as session:
+            if not translation.picture_notes() and sees_nothing(session.scene):
+                checkpoint.console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
             with closing(session.render(to_do)) as found:
                 yield found
             for line in getattr(session.integrator, "report", list)():
@@ -257,6 +260,8 @@ def report_losses(translation: Translation, console: Console) -> None:
             )
         if len(lines) > 12:
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
+    for note in translation.picture_notes():
+        console.print(f"[yellow]{note.text}[/]", highlight=False)
 
 
 def report_noise(accumulator: Accumulator, why: str, asked: int, console: Console) -> None:

@@ -111,6 +111,15 @@ def exr_threads() -> Iterator[None]:
         dr.set_thread_count(before)
 
 
+def sees_nothing(scene: Scene) -> bool:
+    """Whether no ray of a grid from the camera meets a surface; False in scalar variants."""
+    if mi.variant().startswith("scalar"):
+        return False
+    columns, rows = dr.meshgrid(*(dr.linspace(mi.Float, 0.01, 0.99, 64) for _ in range(2)))
+    ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, mi.Point2f(columns, rows), mi.Point2f(0.5))
+    return not dr.any(scene.ray_test(ray))
+
+
 def accumulate(
     passes: Iterable[Pass | None], accumulator: Accumulator, count: int, spp: int
 ) -> Iterator[Progress]:

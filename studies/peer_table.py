@@ -1,4 +1,4 @@
-"""The page docs/references.md from the figures of peer.py."""
+"""The page docs/references.md from the figures of peer_corpus.py."""
 
 PLACES = {"on": "ours / theirs on the scattering ball", "off": "elsewhere"}
 
@@ -50,7 +50,7 @@ Linear pictures that the original program rendered, 160x120, with `LUMINANCE_CUT
 of the same scene, environment and size in the dialect that matches old pictures:
 
     LUMINANCE_CUTOFF=0 ... relume compare SCENE --with PICTURE.exr --dialect prender
-    make study-peer REFERENCES=folder CORPUS=folder ASSETS=folder
+    make study-peer-corpus REFERENCES=folder CORPUS=folder ASSETS=folder
 
 The ratio is the mean of ours over that of the picture, in red, green and blue, ± the largest 95 %
 interval of the three. Blocks are 10 pixels wide and tested in each channel. The verdict is that of

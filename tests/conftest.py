@@ -34,6 +34,22 @@ def threads(monkeypatch):
     dr.set_thread_count(max(dr.thread_count(), 2))
 
 
+@pytest.fixture(autouse=True)
+def cameras(monkeypatch):
+    """A picture through a camera whose matrix is not finite, which sees nothing, is an error."""
+    import mitsuba as mi
+
+    def render(scene, params=None, sensor=0, *args, **options):
+        seen_by = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
+        matrix = np.array(seen_by.world_transform().matrix)
+        assert np.isfinite(matrix).all(), f"the camera has no finite matrix: {matrix.tolist()}"
+        return original(scene, params, sensor, *args, **options)
+
+    if mi.variant():
+        original = mi.render
+        monkeypatch.setattr(mi, "render", render)
+
+
 def pytest_addoption(parser):
     group = parser.getgroup("calibration")
     group.addoption(

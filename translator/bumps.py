@@ -9,6 +9,7 @@ import numpy as np
 
 from relume.translator.images import bump_height, read_image
 from relume.translator.objects import Shape
+from relume.translator.reflectances import uv_matrix
 from relume.translator.scene_values import Entry, Mesh, Picture
 from relume.translator.shapes import Hemisphere, Sphere
 
@@ -18,7 +19,13 @@ program takes for spheres, 255 times 0.1."""
 
 
 def bumped(
-    bsdf: Entry, path: str | Path, entry: Entry, shape: Shape | None, *, flip: bool
+    bsdf: Entry,
+    path: str | Path,
+    entry: Entry,
+    shape: Shape | None,
+    *,
+    flip: bool,
+    tiles: tuple[float, float] = (1.0, 1.0),
 ) -> Entry:
     """A BSDF with a bump map.
 
@@ -28,21 +35,25 @@ def bumped(
         entry: dictionary of the shape, which tells how far one texel reaches.
         shape: shape of the object.
         flip: whether v = 0 is the bottom row of the picture.
+        tiles: how often the picture fits along u and v.
 
     Raises:
         ImageError: the file is no picture.
     """
     if bsdf["type"] in ("twosided", "mask"):
-        return bsdf | {"bsdf": bumped(bsdf["bsdf"], path, entry, shape, flip=flip)}
+        inner = bumped(bsdf["bsdf"], path, entry, shape, flip=flip, tiles=tiles)
+        return bsdf | {"bsdf": inner}
     height = np.asarray(bump_height(read_image(path)), np.float32)
     rows, columns = height.shape
     # Mitsuba displaces along the normal by scale times the picture; its slope is that over length.
-    length = texel_length(entry, shape, rows, columns)
-    texture = {
+    length = texel_length(entry, shape, rows * tiles[1], columns * tiles[0])
+    texture: Entry = {
         "type": "bitmap",
         "picture": Picture((height[::-1] if flip else height)[..., None]),
         "raw": True,
     }
+    if tiles != (1.0, 1.0):
+        texture["to_uv"] = uv_matrix(tiles, (0.0, 0.0))
     return {
         "type": "bumpmap",
         "scale": SLOPE * length,
@@ -52,8 +63,8 @@ def bumped(
     }
 
 
-def texel_length(entry: Entry, shape: Shape | None, rows: int, columns: int) -> float:
-    """Mean length of one texel on the surface [scene unit]."""
+def texel_length(entry: Entry, shape: Shape | None, rows: float, columns: float) -> float:
+    """Mean length of one texel on the surface [scene unit]; of the picture as often as it fits."""
     if isinstance(shape, Sphere | Hemisphere) and "radius" in entry:
         return math.pi * entry["radius"] / rows
     mesh = entry.get("mesh")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,9 @@ from relume.translator.scene_values import Entry, Matrix
 
 NEAR, FAR = 1e-6, 1e12
 """Clip distances: the original program has none, so they are out of reach [scene unit]."""
+
+FORWARD = (0.0, 0.0, -1.0)
+"""Direction of a camera that is told none, as in all real files whose CAMERA_MATRIX turns it."""
 
 AXIS_TOLERANCE = 1e-6
 """Largest sine of the angle to the Z axis at which the stock thin lens is the program's lens."""
@@ -46,16 +50,10 @@ def view(document: Document, dialect: str = "manual") -> View:
             view (decisions, row camera-angle).
     """
     origin = np.array(document.camera_pos)
-    if document.target_pos is not None:
-        direction = np.array(document.target_pos) - origin
-    else:
-        direction = np.array(document.camera_dir)
-    turns = [t for t in document.camera_matrix if t.kind == "rotation"]
-    for turn in turns:
-        direction = rotation(turn.values) @ direction
+    direction = viewing_direction(document)
     origin = point(compose([t for t in document.camera_matrix if t.kind != "scale"]), origin)
     direction = unit(direction)
-    right = unit(np.cross(direction, unit(document.camera_upvec)))
+    right = unit(np.cross(direction, unit(up_vector(document))))
     aspect = document.image[0] / document.image[1]
     width, height, distance = document.screen
     width, height = width / distance * aspect, height / distance
@@ -63,6 +61,38 @@ def view(document: Document, dialect: str = "manual") -> View:
         size = 2 * math.tan(math.radians(document.camera_angle) / 2)
         width, height = (size, size / aspect) if dialect == "manual" else (size * aspect, size)
     return View(origin, direction, right, np.cross(right, direction), width, height)
+
+
+def has_length(v: Sequence[float] | np.ndarray) -> bool:
+    """Whether a vector has a direction, without overflow or underflow in double precision."""
+    return bool(1e-150 < max(abs(x) for x in v) < 1e150)
+
+
+def has_target(document: Document) -> bool:
+    """Whether there is a target that tells a direction: another place than the camera's."""
+    return document.target_pos is not None and document.target_pos != document.camera_pos
+
+
+def told_direction(document: Document) -> tuple[float, float, float]:
+    """CAMERA_DIR, or -Z where it has no length, or is not set for a target to take its place."""
+    is_told = document.target_pos is None or document.lines.is_set("camera_dir")
+    return document.camera_dir if is_told and any(document.camera_dir) else FORWARD
+
+
+def viewing_direction(document: Document) -> np.ndarray:
+    """The direction that the camera looks in, turned by CAMERA_MATRIX, of any length."""
+    direction = np.array(told_direction(document))
+    if document.target_pos is not None and has_target(document):
+        direction = np.subtract(document.target_pos, document.camera_pos)
+    for turn in document.camera_matrix:
+        if turn.kind == "rotation":
+            direction = rotation(turn.values) @ direction
+    return direction
+
+
+def up_vector(document: Document) -> tuple[float, float, float]:
+    """CAMERA_UPVEC, or +Y where it has no length."""
+    return document.camera_upvec if any(document.camera_upvec) else (0.0, 1.0, 0.0)
 
 
 def sensor(document: Document, dialect: str = "manual") -> Entry:
@@ -124,8 +154,15 @@ def report_camera(document: Document, dialect: str) -> None:
             lines.remark("camera_angle", "camera-angle", axis=axis)
     elif not math.isclose(document.screen[0], document.screen[1], rel_tol=1e-9):
         lines.remark("screen", "pixels-not-square")
-    if document.target_pos is not None:
+    if has_target(document):
         lines.becomes("camera_dir", "direction-replaced")
+    elif document.target_pos is not None:
+        x, y, z = told_direction(document)
+        lines.becomes("target_pos", "target-at-camera", x=x, y=y, z=z)
+    elif not any(document.camera_dir):
+        lines.becomes("camera_dir", "direction-missing")
+    if not any(document.camera_upvec):
+        lines.becomes("camera_upvec", "up-missing")
     if document.camera_matrix:
         lines.remark("camera_matrix", "camera-matrix-up")
         if any(t.kind == "scale" for t in document.camera_matrix):

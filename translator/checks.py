@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TypeAlias
 
+import numpy as np
+
+from relume.translator.camera import has_length, has_target, up_vector, viewing_direction
 from relume.translator.diagnostics import LineReports, Problem
 from relume.translator.document import MAX_PIXELS, MAX_SAMPLES, Document
-from relume.translator.forms.numbers import Triple
 from relume.translator.objects import SceneObject
 from relume.translator.plan import metropolis, samples, samples_reason
 from relume.translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
 
 MIN_FIELD_OF_VIEW, MAX_FIELD_OF_VIEW = 1e-3, 179.9
 """What a camera can have [degree]."""
+
+Vector: TypeAlias = Sequence[float] | np.ndarray
 
 PARALLEL = 1e-9
 """Sine of the angle below which two vectors count as parallel."""
@@ -59,17 +65,15 @@ def _picture(document: Document, problems: list[Problem]) -> None:
 
 
 def _camera(document: Document, problems: list[Problem]) -> None:
-    if document.target_pos is not None:
-        field = "target_pos"
-        direction = _difference(document.target_pos, document.camera_pos)
-    else:
-        field, direction = "camera_dir", document.camera_dir
-    if not _has_direction(direction):
-        word = "TARGET_POS equal to CAMERA_POS" if field == "target_pos" else "CAMERA_DIR 0 0 0"
-        _problem(problems, document.lines, field, f"{word}: the camera has no direction")
-    elif not _has_direction(document.camera_upvec):
-        _problem(problems, document.lines, "camera_upvec", "CAMERA_UPVEC of length 0")
-    elif _parallel(direction, document.camera_upvec):
+    direction, up = viewing_direction(document), up_vector(document)
+    if not has_length(direction):
+        field = "target_pos" if has_target(document) else "camera_dir"
+        message = "too near or too far to tell the camera a direction"
+        _problem(problems, document.lines, field, message)
+    elif not has_length(up):
+        message = "CAMERA_UPVEC is too short or too long to tell a direction"
+        _problem(problems, document.lines, "camera_upvec", message)
+    elif _parallel(direction, up):
         message = "CAMERA_UPVEC is parallel to the viewing direction"
         _problem(problems, document.lines, "camera_upvec", message)
 
@@ -90,12 +94,12 @@ def _field_of_view(document: Document, problems: list[Problem]) -> None:
 
 def _shape(block: SceneObject, problems: list[Problem]) -> None:
     shape = block.shape
-    if isinstance(shape, Plane | Disk | Annulus) and not _has_direction(shape.normal):
+    if isinstance(shape, Plane | Disk | Annulus) and not has_length(shape.normal):
         _problem(problems, block.lines, "", "a normal of length 0")
-    if isinstance(shape, InfinityLight) and not _has_direction(shape.direction):
+    if isinstance(shape, InfinityLight) and not has_length(shape.direction):
         _problem(problems, block.lines, "", "infinity_light with a direction of length 0")
     if isinstance(shape, UVPlane) and (
-        not _has_direction(shape.u) or not _has_direction(shape.v) or _parallel(shape.u, shape.v)
+        not has_length(shape.u) or not has_length(shape.v) or _parallel(shape.u, shape.v)
     ):
         _problem(problems, block.lines, "", "uvplane with edges that span no area")
     for transform in block.transforms:
@@ -107,34 +111,21 @@ def _spot(block: SceneObject, problems: list[Problem]) -> None:
     if not block.spot_light:
         return
     w, f = block.spot_light_angle
-    if not (0 < w <= 90 and f <= w):
-        message = f"spot_light_angle {w:g} {f:g}: expected 0 < w <= 90 and 0 <= f <= w"
+    if not 0 < w <= 90:
+        message = f"spot_light_angle {w:g} {f:g}: expected 0 < w <= 90"
         _problem(problems, block.lines, "spot_light_angle", message, "range")
-    if not _has_direction(block.spot_light_dir):
-        _problem(problems, block.lines, "spot_light_dir", "spot_light_dir of length 0")
+    if any(block.spot_light_dir) and not has_length(block.spot_light_dir):
+        message = "spot_light_dir is too short or too long to tell a direction"
+        _problem(problems, block.lines, "spot_light_dir", message)
 
 
 def _parallel_light(block: SceneObject, problems: list[Problem]) -> None:
     direction = block.parallel_light_dir
-    if block.parallel_light and direction is not None and not _has_direction(direction):
+    if block.parallel_light and direction is not None and not has_length(direction):
         _problem(problems, block.lines, "parallel_light_dir", "parallel_light_dir of length 0")
 
 
-def _difference(a: Triple, b: Triple) -> Triple:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _has_direction(v: Triple) -> bool:
-    """Whether a vector has a direction, without overflow or underflow in double precision."""
-    return 1e-150 < max(abs(x) for x in v) < 1e150
-
-
-def _parallel(a: Triple, b: Triple) -> bool:
-    if not _has_direction(a) or not _has_direction(b):
+def _parallel(a: Vector, b: Vector) -> bool:
+    if not has_length(a) or not has_length(b):
         return False
-    cross = (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-    return math.hypot(*cross) <= PARALLEL * math.hypot(*a) * math.hypot(*b)
+    return math.hypot(*np.cross(a, b)) <= PARALLEL * math.hypot(*a) * math.hypot(*b)

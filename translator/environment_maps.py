@@ -20,11 +20,11 @@ from relume.translator.outcomes import make_note
 from relume.translator.reflectances import Texture, used_texels
 from relume.translator.scene_geometry import SceneGeometry
 from relume.translator.scene_values import Entry, Picture
-from relume.translator.shapes import Hemisphere, InfinityLight
+from relume.translator.shapes import Hemisphere
 
-FAR = 50.0
-"""A dome whose radius exceeds this multiple of the scene's extent becomes an environment map: what
-is looked up by direction instead of by hit point then is off by at most 1/50 rad."""
+LEAST_ANGLE = 0.1
+"""A dome becomes an environment map if looking its picture up by direction instead of by hit point
+is off by less, from all that the camera can see [degree]."""
 
 MAP_ROWS = 1024
 """Fewest rows of a resampled environment map; larger pictures keep twice their own."""
@@ -44,9 +44,14 @@ Formula = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Function from unit vectors (..., 3) to image coordinates u and v, from the bottom."""
 
 
+def map_flag(block: SceneObject) -> str | None:
+    """The flag that decides how an object's picture covers a sphere; None without flags."""
+    return next((flag for flag, _ in FLAGS if getattr(block, flag)), None)
+
+
 def map_name(block: SceneObject, dialect: str) -> str:
     """Name of the map of an object's picture, as `dome_maps` knows it."""
-    name = next((name for flag, name in FLAGS if getattr(block, flag)), "transposed")
+    name = dict(FLAGS).get(map_flag(block) or "", "transposed")
     if name == "angular":
         block.lines.remark("angular_map", "angular-map", dialect=dialect)
         return "angular_mirrored" if dialect == "prender" else name
@@ -71,7 +76,6 @@ def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, No
     Returns:
         Indices of the objects, with a note why; None for ellipsoids, which have no other way.
     """
-    sun = any(isinstance(block.shape, InfinityLight) for block in document.objects)
     found: dict[int, Note | None] = {}
     for index, block in enumerate(document.objects):
         if block.ibl_texture is None or is_spot(block) or index not in scene.balls:
@@ -81,10 +85,10 @@ def domes_by_direction(document: Document, scene: SceneGeometry) -> dict[int, No
             found[index] = None
         # Mitsuba takes one environment map.
         elif not found and scene.encloses_camera(index):
-            if sun:
-                found[index] = make_note("dome-by-direction")
-            elif ball.radius > FAR * scene.inner.diameter:
-                degrees = math.degrees(scene.inner.diameter / ball.radius)
+            # From a point e off the centre, at right angles to e, it is off by asin(e / radius).
+            away = scene.farthest(ball.center, index)
+            degrees = math.degrees(math.asin(min(away / ball.radius, 1.0)))
+            if degrees < LEAST_ANGLE:
                 found[index] = make_note("dome-far", degrees=degrees)
     return found
 
@@ -132,7 +136,13 @@ def dome(block: SceneObject, ball: Ball, pixels: np.ndarray, dialect: str) -> En
 
 
 def shining_surface(
-    name: str, pixels: np.ndarray, scale: float, *, flip: bool, spectral: bool
+    name: str,
+    pixels: np.ndarray,
+    scale: float,
+    *,
+    flip: bool,
+    spectral: bool,
+    tiles: tuple[float, float] = (1.0, 1.0),
 ) -> Entry:
     """BSDF and emitter of a surface that shines with a picture by its own coordinates.
 
@@ -142,19 +152,21 @@ def shining_surface(
         scale: factor of the radiance.
         flip: whether v = 0 is the bottom row.
         spectral: whether the scene is rendered by wavelength.
+        tiles: how often the picture fits along u and v.
     """
     shown = used_texels(pixels) * np.float32(scale)
     shown = np.ascontiguousarray(shown[::-1] if flip else shown)
-    return {"bsdf": BLACK, "emitter": two_sided(name, radiance(shown, spectral))}
+    shining = radiance(Texture(shown, uv_scale=tiles, spectral=spectral))
+    return {"bsdf": BLACK, "emitter": two_sided(name, shining)}
 
 
-def radiance(pixels: np.ndarray, spectral: bool) -> Entry:
-    """The texture of radiances (height, width, 3), the row at v = 0 first."""
-    if not spectral:
-        return Texture(pixels).entry()
+def radiance(texture: Texture) -> Entry:
+    """The dictionary of a texture of radiances."""
+    if not texture.spectral:
+        return texture.entry()
     # Only colours up to 1 have spectra, and those of reflectances, to be lit by white.
-    brightest = max(float(pixels.max()), 1e-30)
-    nested = Texture(pixels / np.float32(brightest), spectral=True)
+    brightest = max(float(texture.rgb.max()), 1e-30)
+    nested = texture.times([1 / brightest] * 3)
     return {"type": "d65", "scale": brightest, "nested": nested.entry()}
 
 
@@ -164,9 +176,14 @@ def environment(latlong: np.ndarray, scale: float) -> Entry:
 
 
 def directions(height: int, width: int) -> np.ndarray:
-    """Directions (height, width, 3) at the texels of Mitsuba's environment map, Y up."""
-    v = (np.arange(height) + 0.5) / height * np.pi
-    u = (np.arange(width) + 0.5) / width * 2 * np.pi
+    """Directions (2 height, 2 width, 3) in the texels of Mitsuba's environment map, Y up.
+
+    Its rows lie from pole to pole, the first and the last one on them; its columns side by side. In
+    each texel are 2 x 2 directions; those of the poles' rows that would lie beyond, on the pole.
+    """
+    row = np.arange(2 * height) / 2 - 0.25
+    v = np.clip(row / max(height - 1, 1), 0, 1) * np.pi
+    u = (np.arange(2 * width) + 0.5) / (2 * width) * 2 * np.pi
     v, u = np.meshgrid(v, u, indexing="ij")
     return np.stack([np.sin(v) * np.sin(u), np.cos(v), -np.sin(v) * np.cos(u)], axis=-1)
 
@@ -193,7 +210,7 @@ def resample(pixels: np.ndarray, name: str, upper: bool = False) -> np.ndarray:
 def _resample(pixels: np.ndarray, formula: Formula, upper: bool = False) -> np.ndarray:
     """The mean of the nearest texels of 2 x 2 directions for each texel."""
     height = max(MAP_ROWS, 2 * pixels.shape[0])
-    n = directions(2 * height, 4 * height)
+    n = directions(height, 2 * height)
     u, v = formula(n)
     texels = nearest(pixels, u, v)
     if upper:

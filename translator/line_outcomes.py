@@ -6,6 +6,7 @@ condition holds, to the lines that set the field.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -14,7 +15,16 @@ from relume.translator.lights import is_spot
 from relume.translator.objects import SceneObject
 from relume.translator.outcomes import make_note
 from relume.translator.plan import BOOTSTRAP, metropolis, mutations
-from relume.translator.shapes import InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
 
 Row = tuple[str, Callable[[Any], Any], str]
 
@@ -51,6 +61,9 @@ DOCUMENT_ROWS: tuple[Row, ...] = (
     ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "relativity"),
     ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "relativity"),
     ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "relativity"),
+    ("camera_matrix", lambda d: bends_view(d), "camera-matrix-order"),
+    ("next_event_estimation", lambda d: has_ward(d), "ward-nee"),
+    ("participating_media", lambda d: d.participating_media and shows_sky(d), "fog-sky"),
     ("next_event_estimation", always, "lights-always-sampled"),
     ("depth", always, "roulette-depth"),
     ("gamma_offset", lambda d: d.gamma_offset == 0, "gamma"),
@@ -64,15 +77,53 @@ def several_lamps(document: Document) -> bool:
     return document.next_event_estimation and len(lamps) > 1
 
 
+def bends_view(document: Document) -> bool:
+    """Whether the program would bend the direction of view: by translations before others."""
+    kinds = [t.kind for t in document.camera_matrix if t.kind in ("rotation", "translate")]
+    return "translate" in kinds[:-1]
+
+
+def has_ward(document: Document) -> bool:
+    """Whether a surface has Ward's reflection under next event estimation."""
+    kinds = [block.reflection.kind for block in document.objects]
+    return document.next_event_estimation and "ward" in kinds
+
+
+def shows_sky(document: Document) -> bool:
+    """Whether rays that meet no surface show anything."""
+    return any(document.background) or document.background_texture is not None
+
+
 def no_subsurface(block: SceneObject) -> bool:
     """Whether no light scatters inside an object."""
     return not block.reflection.subsurface
 
 
-def is_mapped(block: SceneObject) -> bool:
-    """Whether an object asks for the map of an image-based light."""
-    flags = ("panoramic_map", "angular_map", "equirectangular_map", "hemisphere_map")
-    return any(getattr(block, flag) for flag in flags)
+MAPS = ("panoramic_map", "angular_map", "equirectangular_map", "hemisphere_map")
+"""Flags that ask for the map of an image-based light."""
+
+
+def is_disk(block: SceneObject) -> bool:
+    """Whether an object is a disk, with or without a hole."""
+    return isinstance(block.shape, Disk | Annulus)
+
+
+def is_below_ward(block: SceneObject, field: str) -> bool:
+    """Whether a line that sets a field comes after that of Ward's parameters."""
+    if not (block.lines.of(field) and block.lines.of("ward_brdf")):
+        return False
+    return block.lines.line(field) > block.lines.line("ward_brdf")
+
+
+def is_scaled_round(block: SceneObject) -> bool:
+    """Whether an object is a sphere, a dome or a disk with a scale."""
+    is_round = isinstance(block.shape, Sphere | Hemisphere | Disk | Annulus)
+    return is_round and any(transform.kind == "scale" for transform in block.transforms)
+
+
+def is_unit(vector: tuple[float, float, float]) -> bool:
+    """Whether a vector has the length 1."""
+    return math.isclose(math.hypot(*vector), 1, rel_tol=1e-3)
 
 
 def emits_and_reflects(block: SceneObject) -> bool:
@@ -85,19 +136,37 @@ OBJECT_ROWS: tuple[Row, ...] = (
     ("reflection", lambda b: b.reflection.kind == "glass" and no_subsurface(b), "glass-fresnel"),
     ("reflection", lambda b: b.reflection.dispersion is not None, "dispersion-rgb"),
     ("ward_brdf", lambda b: b.reflection.kind == "ward", "ward-exponent"),
+    *((field, lambda b, field=field: b.reflection.kind == "ward" and is_below_ward(b, field),
+       "ward-colour") for field in ("color", "specular")),
     ("phong_brdf", lambda b: b.reflection.kind == "phong", "phong-cosine"),
     ("texture", always, "texture"),
     ("back", always, "no-effect"),
     ("media_ignore_front_back", always, "medium-everywhere"),
     ("blackhole_disk", lambda b: b.blackhole_disk, "relativity"),
-    ("disk_map", lambda b: b.disk_map and b.texture, "disk-map"),
-    ("disk_map", lambda b: b.disk_map and not b.texture, "no-texture"),
-    ("background", lambda b: b.background, "shown-lit"),
+    ("disk_map", lambda b: b.disk_map and not is_disk(b), "disk-map-without-disk"),
+    ("disk_map", lambda b: b.disk_map and is_disk(b) and not b.disk_picture, "no-texture"),
+    ("background", lambda b: b.background and not b.is_backdrop, "background-not-plane"),
+    ("", is_scaled_round, "sphere-radius-scale"),
+    ("", lambda b: isinstance(b.shape, Hemisphere) and b.ibl_texture is None,
+     "hemisphere-inside"),
+    ("", lambda b: isinstance(b.shape, InfinityLight) and not is_unit(b.shape.direction),
+     "infinity-shadow"),
+    ("ibl_texture",
+     lambda b: b.ibl_texture and isinstance(b.shape, Hemisphere) and not b.hemisphere_map,
+     "ibl-hemisphere-u"),
+    ("hemisphere_map",
+     lambda b: b.hemisphere_map and (b.texture or b.ibl_texture)
+     and isinstance(b.shape, Sphere | Hemisphere),
+     "hemisphere-map-integer"),
     ("texture", lambda b: isinstance(b.shape, Plane), "no-texture-on-plane"),
-    ("texture", lambda b: b.texture and is_mapped(b), "default-mapping"),
+    *((flag, lambda b, flag=flag: getattr(b, flag) and not (b.texture or b.ibl_texture),
+       "map-without-picture") for flag in MAPS),
+    *((flag, lambda b, flag=flag: getattr(b, flag) and (b.texture or b.ibl_texture)
+       and not isinstance(b.shape, Sphere | Hemisphere), "map-without-sphere") for flag in MAPS),
     ("shadow", lambda b: b.shadow and not isinstance(b.shape, Plane | UVPlane),
      "only-planes-catch-shadows"),
-    ("repeat", lambda b: b.texture is None, "no-texture"),
+    ("repeat", lambda b: isinstance(b.shape, MeshFile), "repeat"),
+    ("repeat", lambda b: not b.texture and not isinstance(b.shape, MeshFile), "no-texture"),
     ("ibl_texture_coef", lambda b: b.ibl_texture is None, "no-ibl-texture"),
     ("smooth", lambda b: b.smooth and not isinstance(b.shape, MeshFile), "no-mesh"),
     ("r_refractive_index", always, "one-index"),

@@ -158,12 +158,13 @@ def ward(block: SceneObject, reflectances: Reflectances, dialect: str) -> Entry:
     assert block.ward_brdf is not None  # see `missing_parameters`
     rho_d, rho_s, alpha_u, alpha_v = block.ward_brdf
     color, specular = times(reflectances.color, rho_d), times(reflectances.specular, rho_s)
-    if dialect == "prender":
+    varying = not (isinstance(color, tuple) and isinstance(specular, tuple))
+    if dialect == "prender" and not varying:
         total = mean(color) + mean(specular)
         color, specular = blended(color, specular, mean(color) / total if total > 0 else 0.0)
     if mean(color) > 0 and mean(specular) > 0:
         block.lines.remark("ward_brdf", "ward-diffuse", dialect=dialect)
-    return {
+    result: Entry = {
         "type": "ward",
         "diffuse_reflectance": entry(color),
         "specular_reflectance": entry(specular),
@@ -171,6 +172,7 @@ def ward(block: SceneObject, reflectances: Reflectances, dialect: str) -> Entry:
         "alpha_v": alpha_v,
         "tangent_frame": "world",
     }
+    return result | ({"blend": True} if dialect == "prender" and varying else {})
 
 
 def phong(block: SceneObject, reflectances: Reflectances, dialect: str) -> Entry:

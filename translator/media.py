@@ -156,8 +156,9 @@ def interior_medium(block: SceneObject) -> tuple[HomogeneousMedium, float]:
         index = 1.5
     block.lines.remark("scattering", "sss-gate")
     if block.level == 0:
-        medium = replace(medium, sigma_s=(0.0,) * 3)
-        block.lines.remark("level", "absorption-alone")
+        r, g, b = (float(x) for x in medium.sigma_t)
+        medium = replace(medium, sigma_s=(0.0,) * 3, sigma_a=(r, g, b))
+        block.lines.remark("level", "level-0")
     elif block.level > 0:
         block.lines.becomes("level", "all-orders")
     return medium.scaled(block.material_scale), index

@@ -11,6 +11,7 @@ import numpy as np
 
 from relume.translator.assets import Find
 from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.enclosures import INSIDE, winding_number
 from relume.translator.materials import Reflectances
 from relume.translator.mtl import Material, Materials, MtlError, TextureMap, read_mtl
 from relume.translator.mtl_names import library_names, spellings
@@ -31,6 +32,10 @@ BLACK = (0.0, 0.0, 0.0)
 
 NAMES = 10
 """Most names that a note lists."""
+
+UPRIGHT = 1e-6
+"""1 - cosine of the angle between a normal and the face's up to which they are the same: 0.08
+degrees, what six decimals of a file leave."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -82,6 +87,17 @@ class Meshes:
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
 
+    def enclose(self, path: Path, matrix: np.ndarray, p: np.ndarray) -> bool:
+        """Whether a mesh file under a matrix, (4, 4), winds around the point `p`, (3,)."""
+        box = self.bounds(path, matrix)
+        if box is None or np.any(p < box[0]) or np.any(p > box[1]):
+            return False
+        groups = self.read(path).groups
+        meshes = [
+            Mesh(group.vertices @ matrix[:3, :3].T + matrix[:3, 3], group.faces) for group in groups
+        ]
+        return abs(winding_number(meshes, p)) > INSIDE
+
     def parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a mesh object.
 
@@ -99,7 +115,7 @@ class Meshes:
         """
         try:
             plain = path not in self.files and stock_serves(block, matrix)
-            if plain and not stock_obstacle(path):
+            if plain and not stock_obstacle(path, flat=not block.smooth):
                 tint = reflectances(block, None, self.find, self.spectral)
                 return [Part("", stock_mesh(block, path, matrix), block, tint)]
             return self._parts(block, path, matrix)
@@ -142,8 +158,13 @@ class Meshes:
             described = block if material is None else with_material(block, material)
             colored = group.colors is not None
             tint = reflectances(described, material, find, self.spectral, colored, block.color)
-            entry = mesh(obj, group, matrix, smooth(block, material), block.normal < 0, tint)
-            opacity = None if material is None or material.map_kd else material.opacity
+            smoothed = smooth(block, material)
+            if not smoothed and (tilted := face_normals(group)) is not None:
+                block.lines.remark("", "flat-vn")
+                group, smoothed = tilted, True
+            entry = mesh(obj, group, matrix, smoothed, block.normal < 0, tint)
+            pictured = block.texture is not None or (material is not None and material.map_kd)
+            opacity = None if material is None or pictured else material.opacity
             name = f"_{index}" if len(obj.groups) > 1 else ""
             bump = self.bump(material, block, find)
             result.append(Part(name, entry, described, tint, opacity, bump))
@@ -261,6 +282,13 @@ def reflectances(
     Raises:
         ImageError: a picture cannot be read.
     """
+    if block.texture is not None:
+        if material is not None and material.map_kd is not None:
+            block.lines.remark("texture", "texture-over-map")
+        picture = load_texture(
+            find(block.texture), flip=False, spectral=spectral
+        )
+        return Reflectances(picture, block.specular)
     if material is not None and material.map_kd is not None:
         assert object_color is not None
         file = material.map_kd.file
@@ -270,14 +298,8 @@ def reflectances(
             return Reflectances(object_color, block.specular)
         if any(block.emission) and material.emission:
             block.lines.becomes("", "emission-not-textured")
-        repeat = material.repeat or block.repeat
-        picture = material_texture(material.map_kd, path, repeat, spectral)
+        picture = material_texture(material.map_kd, path, material.repeat or 1, spectral)
         return Reflectances(times(picture, object_color), block.specular)
-    if block.texture is not None:
-        picture = load_texture(
-            find(block.texture), flip=False, repeat=block.repeat, spectral=spectral
-        )
-        return Reflectances(picture, block.specular)
     if colored and (material is None or material.color is None):
         return Reflectances(VertexColor(), block.specular)
     return Reflectances(block.color, block.specular)
@@ -318,6 +340,35 @@ def smooth(block: SceneObject, material: Material | None) -> bool:
     if material is not None and material.smooth is not None:
         return material.smooth != 0
     return block.smooth
+
+
+def face_normals(group: Group) -> Group | None:
+    """A group whose faces are shaded, flat, with the mean of their corners' normals (row flat-vn).
+
+    Returns:
+        The group with corners of its own for each face; None where the file has no normals, or all
+        of these means are the normals of the faces, up to `UPRIGHT`.
+    """
+    if group.normals is None:
+        return None
+    mean = group.normals[group.faces].sum(axis=1)
+    a, b, c = (group.vertices[group.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    length, size = (np.linalg.norm(x, axis=1, keepdims=True) for x in (mean, across))
+    usable = length > 1e-6
+    mean = np.where(usable, mean / np.where(usable, length, 1), across / np.maximum(size, 1e-300))
+    if np.all((mean * across).sum(axis=1) >= (1 - UPRIGHT) * size[:, 0]):
+        return None
+    corners = group.faces.ravel()
+    return dataclasses.replace(
+        group,
+        vertices=group.vertices[corners],
+        faces=np.arange(len(corners), dtype=np.int32).reshape(-1, 3),
+        normals=np.repeat(mean, 3, axis=0),
+        uv=None if group.uv is None else group.uv[corners],
+        colors=None if group.colors is None else group.colors[corners],
+        source=group.source[corners],
+    )
 
 
 def mesh(

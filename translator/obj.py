@@ -56,7 +56,7 @@ _REPAIRS = (
     "texture-coordinates-not-finite",
     "normals-not-finite",
 )
-_LARGEST = float(np.finfo(np.float32).max)
+_LARGEST = (2 - 2.0**-23) * 2.0**127  # of single precision
 
 
 def read_obj(path: str | Path) -> ObjFile:

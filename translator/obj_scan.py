@@ -278,7 +278,7 @@ class PlainScan:
             raise NotPlainError("numbers with exponents above 29")
 
 
-def stock_obstacle(path: str | Path) -> str:
+def stock_obstacle(path: str | Path, *, flat: bool = False) -> str:
     """Scan an OBJ file for what Mitsuba's stock plugin ignores, misreads or refuses.
 
     Plain files consist of ``v``, ``vt``, ``vn``, ``f``, comments and grouping lines; their faces
@@ -287,6 +287,8 @@ def stock_obstacle(path: str | Path) -> str:
 
     Args:
         path: OBJ file.
+        flat: whether normals are not interpolated; the plugin has no use for them then, though they
+            shade the faces (row flat-vn).
 
     Returns:
         Why the plugin does not read the file as `obj.read_obj` does; empty where it does.
@@ -297,7 +299,9 @@ def stock_obstacle(path: str | Path) -> str:
     keep_freed_memory()
     try:
         with open_mesh(path) as file:
-            PlainScan().read(file)
+            (scan := PlainScan()).read(file)
+        if flat and scan.counts["n"]:
+            return "normals that shade flat faces"
     except NotPlainError as reason:
         return str(reason)
     return ""

@@ -3,27 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from relume.translator import dense_media, environment_maps, lights, materials, media
+from relume.translator import dense_media, environment_maps, geometry, lights, materials, media
 from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
+from relume.translator.enclosures import INSIDE, Enclosure, diameter, winding_number
 from relume.translator.file_problems import picture_problem
+from relume.translator.giant_spheres import Ball
 from relume.translator.images import ImageError
-from relume.translator.materials import Reflectances, plain_reflectances
+from relume.translator.materials import Reflectances
 from relume.translator.media import HomogeneousMedium
 from relume.translator.meshes import Meshes, Part
 from relume.translator.objects import SceneObject
 from relume.translator.outcome_rows import Note
-from relume.translator.reflectances import Texture, at_most_one, load_texture
+from relume.translator.reflectances import Texture, at_most_one
 from relume.translator.scene_geometry import SceneGeometry, box_corners
-from relume.translator.scene_values import Entry
-from relume.translator.shapes import Hemisphere, InfinityLight, MeshFile, Plane, Sphere, UVPlane
+from relume.translator.scene_values import Entry, rgb
+from relume.translator.shapes import (
+    Annulus,
+    Disk,
+    Hemisphere,
+    InfinityLight,
+    MeshFile,
+    Plane,
+    Sphere,
+    UVPlane,
+)
+from relume.translator.surface_pictures import cut_out_disk, object_reflectances, picture_tiles
 from relume.translator.surfaces import ShapeBuilder
 
 
@@ -54,6 +66,19 @@ class PlacedScene:
     obstacle_to_dipole: str | None
 
     @property
+    def dome(self) -> Ball | None:
+        """The innermost dome around the camera that stays a shape, or None."""
+        around = [
+            ball
+            for index, block in enumerate(self.document.objects)
+            if block.ibl_texture is not None
+            and index not in self.domes_by_direction
+            and self.geometry.encloses_camera(index)
+            and (ball := self.geometry.balls[index]) is not None
+        ]
+        return min(around, key=lambda ball: ball.radius, default=None)
+
+    @property
     def shapes(self) -> ShapeBuilder:
         """Makes the shapes of the objects."""
         return ShapeBuilder(self.geometry, self.dialect)
@@ -67,11 +92,13 @@ class Contents:
         entries: dictionaries of shapes and emitters, by their keys in the scene's dictionary.
         media: the media inside them.
         dipole: whether the dipole renders any of them.
+        enclosures: those that the camera is in.
     """
 
     entries: dict[str, Entry] = field(default_factory=dict)
     media: tuple[HomogeneousMedium, ...] = ()
     dipole: bool = False
+    enclosures: tuple[Enclosure, ...] = ()
 
     @staticmethod
     def of_all(parts: Iterable[Contents]) -> Contents:
@@ -81,6 +108,7 @@ class Contents:
             {name: entry for part in parts for name, entry in part.entries.items()},
             tuple(medium for part in parts for medium in part.media),
             any(part.dipole for part in parts),
+            tuple(enclosure for part in parts for enclosure in part.enclosures),
         )
 
 
@@ -115,12 +143,21 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         ImageError: a picture cannot be read.
     """
     name = f"object_{block.lines.line()}"
-    if (lamp := lights.lamp(block, scene.geometry.matrices[index], scene.dialect)) is not None:
-        if not isinstance(block.shape, InfinityLight):
+    matrix = scene.geometry.matrices[index]
+    if (lamp := lights.lamp(block, matrix, scene.dialect, scene.dome)) is not None:
+        contents = {f"{name}_light": lamp}
+        if isinstance(block.shape, UVPlane) and scene.dialect == "prender":
+            block.lines.remark("", "parallel-lamp", dialect=scene.dialect)
+            contents[name] = lights.beam_shown(
+                block, scene.shapes.shape(index, block), scene.document
+            )
+        elif not isinstance(block.shape, InfinityLight):
             block.lines.becomes("", "lamp-not-shown")
-        return Contents({f"{name}_light": lamp})
+        return Contents(contents)
     if isinstance(block.shape, MeshFile):
         return mesh_object(scene, name, index, block)
+    if isinstance(block.shape, Disk | Annulus) and block.disk_map and block.disk_picture:
+        return Contents({name: cut_out_disk(scene, name, index, block)})
     if block.ibl_texture is not None:
         return Contents({name: image_based_light(scene, name, index, block)})
     shape = scene.shapes.shape(index, block)
@@ -128,7 +165,8 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         color = materials.entry(block.color)
         block.lines.remark("shadow", "shadow")
         return Contents({name: shape | {"bsdf": {"type": "shadowcatcher", "reflectance": color}}})
-    return surface(scene, name, index, Part("", shape, block, object_reflectances(scene, block)))
+    reflectances = object_reflectances(scene, index, block)
+    return surface(scene, name, index, Part("", shape, block, reflectances))
 
 
 def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Contents:
@@ -138,7 +176,13 @@ def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -
     parts = scene.meshes.parts(block, path, scene.geometry.matrices[index])
     bounds = [part.entry["mesh"] for part in parts if part.block.reflection.subsurface]
     media.report_open_meshes(block, bounds)
-    return Contents.of_all(mesh_part(scene, name + part.name, index, part) for part in parts)
+    found = Contents.of_all(mesh_part(scene, name + part.name, index, part) for part in parts)
+    meshes = [p.entry["mesh"] for p in parts if p.block.reflection.lets_pass and "mesh" in p.entry]
+    if not meshes or winding_number(meshes, scene.geometry.camera) < INSIDE:
+        return found
+    # A mesh has one inside, whichever of its parts tells what fills it.
+    inside = Enclosure(diameter(meshes), next(iter(found.media), None))
+    return replace(found, enclosures=(inside,))
 
 
 def mesh_part(scene: PlacedScene, name: str, index: int, part: Part) -> Contents:
@@ -159,7 +203,12 @@ def image_based_light(scene: PlacedScene, name: str, index: int, block: SceneObj
     pixels = environment_maps.picture(existing(scene.find, block.ibl_texture), block)
     if not isinstance(block.shape, Sphere | Hemisphere):
         return scene.shapes.shape(index, block) | environment_maps.shining_surface(
-            name, pixels, block.ibl_texture_coef, flip=True, spectral=scene.spectral
+            name,
+            pixels,
+            block.ibl_texture_coef,
+            flip=True,
+            spectral=scene.spectral,
+            tiles=picture_tiles(scene, "ibl_texture", block),
         )
     ball = scene.geometry.balls[index]
     if ball is None or index in scene.domes_by_direction:
@@ -176,15 +225,6 @@ def catches_shadows(document: Document, block: SceneObject) -> bool:
         block.lines.becomes("shadow", "no-image-based-light")
         return False
     return True
-
-
-def object_reflectances(scene: PlacedScene, block: SceneObject) -> Reflectances:
-    """The reflectances of a shape: `texture` replaces both colours (section 11.2)."""
-    if block.texture is None or isinstance(block.shape, Plane):
-        return plain_reflectances(block)
-    picture = load_texture(scene.find(block.texture), repeat=block.repeat, spectral=scene.spectral)
-    block.lines.becomes("color", "texture-replaces-color")
-    return Reflectances(picture, picture)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +259,7 @@ def interior(scene: PlacedScene, index: int, part: Part) -> Interior:
         block.lines.remark("subsurface", "sss-dipole", dialect=scene.dialect)
         if scene.obstacle_to_dipole is None:
             bsdf = media.dipole(block, reflectances, medium, eta, scene.dialect)
+            bsdf["object"] = f"object_{block.lines.line()}"
             return Interior(bsdf, dipole=True)
         block.lines.becomes("subsurface", scene.obstacle_to_dipole)
     block.lines.remark("subsurface", "sss-simulation")
@@ -261,12 +302,66 @@ def surface(scene: PlacedScene, name: str, index: int, part: Part) -> Contents:
         shape["exterior"] = media.REFERENCE
     materials.report_surface(block)
     shape["bsdf"] = covered(scene, part, shape, inside.bsdf)
-    if any(block.emission):
-        shape = lights.shining(name, block, shape, scene.geometry, scene.document, index)
+    if block.is_backdrop:
+        shape = seen_unlit(scene, part, shape)
+    elif any(block.emission):
+        shape = lights.shining(
+            name, block, shape, scene.geometry, scene.document, index, scene.dialect
+        )
     elif any(scene.document.ambient):
         shape["emitter"] = lights.ambient(name, scene.document)
     found: Sequence[HomogeneousMedium] = () if inside.medium is None else (inside.medium,)
-    return Contents({name: shape}, tuple(found), inside.dipole)
+    around = camera_enclosures(scene, index, block, inside.medium)
+    return Contents({name: shape}, tuple(found), inside.dipole, around)
+
+
+def camera_enclosures(
+    scene: PlacedScene, index: int, block: SceneObject, medium: HomogeneousMedium | None
+) -> tuple[Enclosure, ...]:
+    """The object that is no mesh, with the medium in it, if light crosses it and the camera is in.
+
+    The half space behind a plane counts as larger than all else.
+    """
+    shape, matrix = block.shape, scene.geometry.matrices[index]
+    if not block.reflection.lets_pass:
+        return ()
+    if isinstance(shape, Plane):
+        n = geometry.normal(matrix, shape.normal) * (-1 if block.normal < 0 else 1)
+        behind = (scene.geometry.camera - geometry.point(matrix, shape.point)) @ n < 0
+        return (Enclosure(np.inf, medium),) if behind else ()
+    if not isinstance(shape, Sphere) or block.normal < 0:
+        return ()
+    if lights.encloses(shape, matrix, scene.geometry.camera):
+        size = 2 * shape.radius * abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3)
+        return (Enclosure(float(size), medium),)
+    return ()
+
+
+def seen_unlit(scene: PlacedScene, part: Part, shape: Entry) -> Entry:
+    """A shape that the camera sees in its unlit colour; for other surfaces it is an ordinary one.
+
+    Only `surfacepath` tells the two apart. Where a medium needs another integrator, the shape is
+    black to other surfaces.
+    """
+    block, color = part.block, part.reflectances.color
+    bsdf = shape["bsdf"]
+    block.lines.remark("background", "background-object")
+    if not lit_backdrops(scene.document):
+        block.lines.becomes("background", "backdrop-black")
+        black = environment_maps.BLACK
+        bsdf = bsdf | {"bsdf": black} if bsdf["type"] == "mask" else black
+    if isinstance(color, Texture):
+        radiance = environment_maps.radiance(color)
+    else:
+        assert isinstance(color, tuple)  # only meshes have vertex colours
+        radiance = rgb(color)
+    return shape | {"bsdf": bsdf, "emitter": lights.backdrop(radiance)}
+
+
+def lit_backdrops(document: Document) -> bool:
+    """Whether the integrator can light objects with `background` where they are not seen."""
+    translucent = any(block.reflection.subsurface for block in document.objects)
+    return not (document.participating_media or translucent)
 
 
 def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:
@@ -277,8 +372,12 @@ def covered(scene: PlacedScene, part: Part, shape: Entry, bsdf: Entry) -> Entry:
         bump = scene.find(block.bump_texture)
     if bump is not None:
         flip = not isinstance(block.shape, MeshFile)
-        bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip)
-        block.lines.becomes("bump_texture", "bump")
+        tiles = picture_tiles(scene, "bump_texture", block)
+        bsdf = bumped(bsdf, bump, shape, block.shape, flip=flip, tiles=tiles)
+        if flip:
+            block.lines.becomes("bump_texture", "bump-shapes")
+        else:
+            block.lines.becomes("bump_texture", "bump")
     color = part.reflectances.color
     opacity: float | Entry | None = part.opacity
     if isinstance(color, Texture) and color.alpha is not None:

@@ -1,5 +1,6 @@
 """The typed `OBJECT` block: a shape with its attributes (spec sections 6 to 11)."""
 
+import math
 from dataclasses import dataclass, field
 
 from relume.translator.diagnostics import LineReports
@@ -180,6 +181,30 @@ class SceneObject:
     blackhole_disk: bool = beside(
         "blackhole_disk", FLAG, 1, False, "Disk of a black hole.", section="14", in_manual=False
     )
+    @property
+    def has_picture(self) -> bool:
+        """Whether any picture lies on it."""
+        return any((self.texture, self.bump_texture, self.ibl_texture))
+
+    @property
+    def is_backdrop(self) -> bool:
+        """Whether it is seen in its unlit colour (row background-object)."""
+        return self.background and isinstance(self.shape, Annulus | Disk | Plane | UVPlane)
+
+    @property
+    def disk_picture(self) -> str | None:
+        """The picture that `disk_map` cuts out: the one that it shines with, if it has both."""
+        return self.ibl_texture or self.texture
+
+    @property
+    def is_lamp(self) -> bool:
+        """Whether the original program takes it for a light: it shines, is black and diffuse.
+
+        Those that have a colour as well, or reflect another way, are surfaces that shine (9.2).
+        """
+        diffuse = self.reflection.kind in (None, "diffuse") and not self.reflection.subsurface
+        return diffuse and math.hypot(*self.color) < 1e-3 < math.hypot(*self.emission)
+
     lines: LineReports = field(
         default_factory=lambda: LineReports(SceneObject, also=("subsurface",)),
         compare=False,

@@ -18,7 +18,7 @@ class Outcome:
     """One row of the table of outcomes.
 
     Attributes:
-        code: stable name, of small letters and hyphens; `relume check --explain` takes it.
+        code: stable name, of small letters, digits and hyphens; `relume check --explain` takes it.
         kind: one of `KINDS`; a `translated` row is a remark that leaves its line translated.
         section: section of the scene language.
         note: what a report says in one line, with `{placeholders}` for the values of the scene.

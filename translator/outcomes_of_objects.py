@@ -2,9 +2,7 @@
 
 from relume.translator.outcome_rows import table
 
-BOUNDARY = (
-    "Light enters and leaves through smooth glass: an opaque surface would let none in."
-)
+BOUNDARY = "Light enters and leaves through smooth glass: an opaque surface would let none in."
 
 SHAPES = (
     ("giant-sphere-flat", "translated", "6.1",
@@ -33,18 +31,9 @@ SHAPES = (
     ("tessellated-ring", "approximated", "6.1", "a ring of {segments} segments",
      "The ring is made of triangles; its edges are polygons.",
      "Nothing to do: the edges are off by less than a pixel in most pictures."),
-    ("infinite-plane", "translated", "6.1", "infinite plane: a square of side {side:g}",
-     "The plane ends far beyond everything else, within half a degree of the horizon.",
-     "Nothing to do."),
-    ("infinite-plane-edge", "translated", "6.1",
-     "infinite plane: a square of side {side:g}, whose edge lies {edge:.1g} degrees below the "
-     "horizon",
-     "The camera is so high above the scene that it sees where the plane ends.",
-     "Lower the camera, or put an object far away that makes the scene as wide as the view."),
-    ("infinite-plane-coarse", "translated", "6.1",
-     "single precision: points on it are off by up to {off:.1g}",
-     "Shadows and reflections close to the plane may be patchy: the scene is wide and the camera "
-     "close to the plane.", "Make the far objects nearer, or raise the camera."),
+    ("infinite-plane", "translated", "6.1",
+     "infinite plane: tiles that grow with the distance, a square of side {side:g}",
+     "The plane ends so far away that it meets its horizon in the picture.", "Nothing to do."),
     ("thin-glass", "translated", "8.4",
      "single precision: glass {thickness:.2g} thick, rays miss what is nearer than {least:.2g}",
      "Rays may leave the glass without meeting its far side, and are then refracted only once.",
@@ -87,15 +76,21 @@ SURFACES = (
      "Give a `texture` to use it."),
     ("no-texture-on-plane", "ignored", "11.2", "an infinite plane has no texture",
      "The plane shows its colour, as in the original program.", "Use a `uvplane`."),
-    ("default-mapping", "unsupported", "11.3", "mapped by the default coordinates",
-     "The picture lies on the surface another way than the map keyword asks for.",
-     "Map keywords are known for `ibl_texture` alone; turn the picture, or use a mesh."),
-    ("disk-map", "unsupported", "11.3", "mapped as without disk_map",
-     "The picture covers the disk by its plane coordinates, not cut out around the centre.",
-     "Cut the picture out beforehand."),
-    ("shown-lit", "unsupported", "7", "shown lit",
-     "The camera sees the object lit, not in its plain colour.",
-     "Use `emission` for the plain colour, if the object may light others."),
+    ("map-without-sphere", "ignored", "11.5", "only pictures on spheres and hemispheres have maps",
+     "The picture lies on the surface by the coordinates of its shape.",
+     "Put the picture on a `sphere` or `hemisphere`."),
+    ("map-without-picture", "ignored", "11.5", "there is neither texture nor ibl_texture",
+     "No effect on the picture.", "Give a `texture` or an `ibl_texture` to use it."),
+    ("disk-map-without-disk", "ignored", "11.3", "the object is no disk",
+     "No effect on the picture.", "Use a `disk` or `disk2`."),
+    ("disk-map-shines", "ignored", "11.3", "a disk with disk_map shines alone",
+     "What is cut out of the disk reflects nothing.", "Set `emission` to the colour it shows."),
+    ("background-not-plane", "ignored", "7", "only planes and disks can be backgrounds",
+     "The object is shown lit.", "Use a `plane`, `uvplane` or `disk`."),
+    ("backdrop-black", "approximated", "7",
+     "black to other surfaces: there is a medium in the scene",
+     "The object shows its unlit colour; the light that it would reflect to other surfaces is "
+     "missing.", "Remove the media, if that light matters."),
     ("only-planes-catch-shadows", "ignored", "11.7", "only planes can catch shadows",
      "The object is shown as without the line.", "Use a `plane` or `uvplane`."),
     ("no-image-based-light", "ignored", "11.7", "there is no image-based light",
@@ -132,13 +127,20 @@ LIGHTS = (
     ("bytes-are-linear", "translated", "11.5", "values of 0 to 255 are taken as linear",
      "The light of such a picture reaches from 0 to 1 and has no bright sun, as in the original "
      "program.", "Use a picture of high dynamic range (.hdr, .exr, .pfm)."),
-    ("dome-by-direction", "approximated", "11.5",
-     "an environment map, looked up by direction, so that infinity_light passes",
-     "The dome seems infinitely far: what is reflected or seen of it does not shift with the "
-     "place.", "Delete the `infinity_light`, or make the dome far larger than the scene."),
+    ("spot-falloff-whole", "approximated", "9.5",
+     "the falloff is wider than the cone: it sets in at the axis, over {angle:g} degrees",
+     "The spot fades from its axis to the edge of its cone.",
+     "Give a falloff of at most the angle of the cone."),
+    ("spot-direction-missing", "approximated", "9.5", "of length 0: the spot shines down, along -Y",
+     "The spot shines along the manual's default direction.", "Give `spot_light_dir` a length."),
     ("dome-far", "translated", "11.5",
      "the dome is far: an environment map, looked up at most {degrees:.2g} degrees off",
      "The same picture but for that angle, with less noise.", "Nothing to do."),
+    ("no-light-through-glass", "approximated", "9",
+     "no ray can meet this light: behind refracting glass it is missing",
+     "Glass casts the shadow of an opaque object in this light, without bright spots: light that "
+     "glass refracts is found only if rays meet its source.",
+     "Use a lamp with a size, such as a sphere or a uvplane."),
 )  # fmt: skip
 
 MEDIA = (
@@ -153,8 +155,6 @@ MEDIA = (
      "The measured material's values count.", "Put the line below `MATERIAL_SYMBOL`."),
     ("index-from-material", "ignored", "10.3", "MATERIAL_SYMBOL sets the index",
      "The measured material's index counts.", "Put the line below `MATERIAL_SYMBOL`."),
-    ("absorption-alone", "translated", "10.2", "absorption alone",
-     "The inside is clear and coloured: nothing scatters.", "Use `level -1` for scattering."),
     ("all-orders", "approximated", "10.2", "scattering of every order is followed",
      "Brighter than a picture of so few orders, and as bright as the real material.",
      "Use `level -1`, which asks for just this."),
@@ -168,6 +168,10 @@ MEDIA = (
      "The light inside is followed from scattering to scattering instead of by the dipole: more "
      "noise, and the exact result.",
      "Use glass without dispersion, or `--dialect prender`, to have the dipole."),
+    ("simulated-around-camera", "approximated", "10.2",
+     "simulated instead: the camera is inside such an object",
+     "The light inside is followed from scattering to scattering instead of by the dipole, which "
+     "knows objects from outside alone.", "Move the camera out of the object to have the dipole."),
     ("simulated-with-another", "approximated", "10.2",
      "simulated instead: another object of the scene asks for the simulation",
      "The light inside is followed from scattering to scattering instead of by the dipole: more "

@@ -138,15 +138,13 @@ def integrator(
     elif profile:
         kind, reason = "dipole", f"subsurface scattering by diffusion, profile {profile}"
     elif dispersive:
-        kind, reason = "dispersivepath", "glass with dispersion: one wavelength for each path"
+        kind, reason = "surfacepath", "glass with dispersion: one wavelength for each path"
     else:
-        kind, reason = "path", "no medium"
+        kind, reason = "surfacepath", "no medium"
     if dispersive and media:
         # The stock ones part the wavelengths at each refraction, without bias.
         kind = "volpathmis"
         reason += "; glass with dispersion parts wavelengths with more noise than without a medium"
-    if kind == "path" and metropolis(document):
-        kind, reason = "dispersivepath", "no medium; quicker than path for unordered rays"
     result: Entry = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
     if profile:
         result["profile"] = profile

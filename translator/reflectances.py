@@ -13,11 +13,39 @@ from typing import TypeAlias
 
 import numpy as np
 
+from relume.translator.geometry import affine
 from relume.translator.images import as_texture, read_image
 from relume.translator.scene_values import Entry, Matrix, Picture
 from relume.translator.scene_values import reflectance as color_entry
 
 Color: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class SphereMap:
+    """How a picture covers a sphere, where not by its own coordinates.
+
+    Attributes:
+        name: one of `dome_maps.FORMULAS`.
+        center: of the sphere, (3,) [scene unit].
+        to_sphere: linear map from the world to a sphere, (3, 3), or None for what is one.
+    """
+
+    name: str
+    center: np.ndarray
+    to_sphere: np.ndarray | None = None
+
+    def entry(self, nested: Entry) -> Entry:
+        """The dictionary of a texture that is mapped so."""
+        result: Entry = {
+            "type": "spheremap",
+            "map": self.name,
+            "center": [float(x) for x in self.center],
+            "picture": nested,
+        }
+        if self.to_sphere is not None:
+            result["to_sphere"] = Matrix.of(affine(self.to_sphere))
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +58,7 @@ class Texture:
         uv_scale, uv_offset: factors and shifts of u and v.
         spectral: whether the scene is rendered by wavelength.
         clamp: outside 0 to 1 the texels at the edge go on, instead of the picture's repeating.
+        map: how it covers a sphere; None for the coordinates of the shape.
     """
 
     rgb: np.ndarray
@@ -38,6 +67,7 @@ class Texture:
     uv_offset: tuple[float, float] = (0.0, 0.0)
     spectral: bool = False
     clamp: bool = False
+    map: SphereMap | None = None
 
     def adjusted(self, base: float, gain: float) -> Texture:
         """The texture with every texel x replaced by base + gain x, 0 at least."""
@@ -66,7 +96,7 @@ class Texture:
             entry["wrap_mode"] = "clamp"
         if self.uv_scale != (1.0, 1.0) or self.uv_offset != (0.0, 0.0):
             entry["to_uv"] = uv_matrix(self.uv_scale, self.uv_offset)
-        return entry
+        return entry if self.map is None else self.map.entry(entry)
 
 
 @dataclass(frozen=True)
@@ -148,6 +178,7 @@ def load_texture(
     uv_offset: tuple[float, float] = (0.0, 0.0),
     clamp: bool = False,
     spectral: bool = False,
+    map: SphereMap | None = None,
 ) -> Texture:
     """The `Texture` of a picture file.
 
@@ -160,6 +191,7 @@ def load_texture(
         uv_offset: shifts of u and v.
         clamp: let the texels at the edge go on outside 0 to 1.
         spectral: whether the scene is rendered by wavelength.
+        map: how it covers a sphere.
 
     Raises:
         ImageError: the file is no picture.
@@ -171,4 +203,29 @@ def load_texture(
         rgb, alpha = rgb[::-1], None if alpha is None else alpha[::-1]
     scale = (uv_scale[0] * repeat, uv_scale[1] * repeat)
     offset = (uv_offset[0] * repeat, uv_offset[1] * repeat)
-    return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral, clamp)
+    return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral, clamp, map)
+
+
+def cut_out(path: str | Path | None, spectral: bool) -> Texture:
+    """The `Texture` of a picture that is cut out: transparent and black outside.
+
+    Unlike those of `load_texture` it has all texels: the column is w u, rounded towards 0, so that
+    the first column and the lowest row are twice as wide as the others (11.3).
+
+    Args:
+        path: the picture.
+        spectral: whether the scene is rendered by wavelength.
+
+    Raises:
+        ImageError: the file is no picture.
+    """
+    image = as_texture(read_image(path))
+    alpha = np.ones(image.rgb.shape[:2], np.float32) if image.alpha is None else image.alpha
+    rgb, alpha = (
+        np.pad(np.pad(texels[::-1], (*((1, 0),) * 2, (0, 0)), "edge"), (*((1, 1),) * 2, (0, 0)))
+        for texels in (image.rgb, alpha[..., None])
+    )
+    height, width = rgb.shape[:2]
+    scale = ((width - 3) / width, (height - 3) / height)
+    offset = (2 / width, 2 / height)
+    return Texture(rgb, alpha[..., 0], scale, offset, spectral, clamp=True)

@@ -29,17 +29,21 @@ from relume.translator import (
     plan,
     precision,
 )
-from relume.translator.assets import Assets, Find
+from relume.translator.assets import Assets, Find, existing
+from relume.translator.darkness import empty_picture_notes
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS
 from relume.translator.document import Document
+from relume.translator.enclosures import medium_at_camera
 from relume.translator.file_problems import picture_problem
 from relume.translator.images import ImageError
 from relume.translator.meshes import Meshes
 from relume.translator.object_entries import Contents, PlacedScene, translate_objects
+from relume.translator.outcome_rows import Note
 from relume.translator.recentering import recentering
-from relume.translator.scene_geometry import measure
+from relume.translator.scene_geometry import SceneGeometry, measure
 from relume.translator.scene_values import Entry, resolved, rgb, to_mitsuba
+from relume.translator.shapes import MeshFile, Sphere
 from relume.translator.source_text import FileName
 
 OWN_PLUGINS = {
@@ -48,6 +52,8 @@ OWN_PLUGINS = {
     "schlickglass": "bsdf",
     "subsurface": "bsdf",
     "shadowcatcher": "bsdf",
+    "apparentlamp": "emitter",
+    "domesun": "emitter",
     "parallelbeam": "emitter",
     "falloffspot": "emitter",
     "twosidedarea": "emitter",
@@ -58,8 +64,10 @@ OWN_PLUGINS = {
     "pssmlt": "integrator",
     "samplescale": "integrator",
     "shadowcatching": "integrator",
+    "surfacepath": "integrator",
     "hgrgb": "phase function",
     "screencamera": "sensor",
+    "spheremap": "texture",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
 
@@ -88,6 +96,15 @@ class Translation:
         Its `sensor` holds the medium around all objects, if there is one, as a Mitsuba object.
         """
         return to_mitsuba(resolved(self.scene, media.AROUND))
+
+    def picture_notes(self) -> tuple[Note, ...]:
+        """What is to be said of the picture as a whole: that it will be black or empty."""
+        apart = ("sensor", "integrator", media.AROUND)
+        return empty_picture_notes(
+            entry
+            for name, entry in self.scene.items()
+            if isinstance(entry, dict) and name not in apart
+        )
 
     def status(self) -> str:
         """`ok`, or `unsupported` if any line is."""
@@ -159,8 +176,37 @@ def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
         geometry=geometry,
         medium=media.surrounding_medium(document),
         domes_by_direction=environment_maps.domes_by_direction(document, geometry),
-        obstacle_to_dipole=media.obstacle_to_dipole(document, spectral),
+        obstacle_to_dipole=obstacle_to_dipole(document, geometry, meshes, find, spectral),
     )
+
+
+def obstacle_to_dipole(
+    document: Document, geometry: SceneGeometry, meshes: Meshes, find: Find, spectral: bool
+) -> str | None:
+    """Code of the reason why objects that ask for the dipole are simulated; None if they are not.
+
+    Args:
+        document: the document.
+        geometry: where its objects are.
+        meshes: reads the files of mesh objects.
+        find: function from the name of a file to its path.
+        spectral: whether the scene is rendered by wavelength.
+    """
+    if (reason := media.obstacle_to_dipole(document, spectral)) is not None:
+        return reason
+    for block, matrix in zip(document.objects, geometry.matrices, strict=True):
+        if not (block.reflection.subsurface and media.uses_dipole(block)):
+            continue
+        if isinstance(block.shape, MeshFile):
+            file = existing(find, block.shape.file)
+            inside = meshes.enclose(file, matrix, geometry.camera)
+        else:
+            inside = isinstance(block.shape, Sphere) and lights.encloses(
+                block.shape, matrix, geometry.camera
+            )
+        if inside:
+            return "simulated-around-camera"
+    return None
 
 
 def translate_surroundings(
@@ -215,6 +261,7 @@ def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> 
     """The translation: sensor, integrator, objects and surroundings, and the plan to render it."""
     document, dialect = scene.document, scene.dialect
     contents = Contents.of_all([objects, surroundings])
+    lights.report_point_like(document, contents.entries.values())
     profile = media.PROFILES[dialect] if contents.dipole else None
     types = plan.plugin_types(contents.entries)
     integrator, reason = plan.integrator(
@@ -224,8 +271,15 @@ def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> 
     around: Entry = {}
     if scene.medium is not None:
         around = {media.AROUND: scene.medium.entry()}
-        sensor["medium"] = media.REFERENCE
+    at_camera = medium_at_camera(objects.enclosures, scene.medium)
+    if at_camera is not None:
+        around_too = at_camera is scene.medium
+        sensor["medium"] = media.REFERENCE if around_too else at_camera.entry()
     entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
-    entries |= contents.entries
+    if contents.media:
+        # The stock integrators for media let lamps shine where they are not.
+        entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
+    else:
+        entries |= contents.entries
     render_plan = plan.render_plan(document, entries, OWN_PLUGINS, scene.spectral, reason)
     return Translation(document, entries, render_plan)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -45,6 +46,8 @@ class SceneGeometry:
         unlit: the same without image-based lights.
         shown: diameter of what the scene shows; 0 where nothing tells it.
         surroundings: giant spheres and planes as the scene sees them; None without giants.
+        boxes: corners of a box around each finite object, (N, 3), by its index.
+        shining: indices of the image-based lights.
     """
 
     camera: np.ndarray
@@ -57,6 +60,22 @@ class SceneGeometry:
     unlit: Extent
     shown: float
     surroundings: Surroundings | None
+    boxes: Mapping[int, np.ndarray]
+    shining: frozenset[int]
+
+    def farthest(self, center: np.ndarray, dome: int) -> float:
+        """How far from a point what the camera can see in a dome lies at most.
+
+        Args:
+            center: the point, (3,).
+            dome: index of the object whose inside it is: infinite planes and giant spheres reach
+                it, and other domes and image-based lights end what light meets them.
+        """
+        if self.planes or self.giants:
+            return math.inf
+        seen = [self.camera[None]]
+        seen += [box for k, box in self.boxes.items() if k != dome and k not in self.shining]
+        return float(np.linalg.norm(np.concatenate(seen) - center, axis=1).max())
 
     def encloses_camera(self, index: int) -> bool:
         """Whether an object is a sphere or hemisphere whose ball holds the camera."""
@@ -130,13 +149,17 @@ def measure(document: Document, dialect: str, meshes: Meshes, find: Find) -> Sce
         surroundings=(
             Surroundings(giant_balls, planes, camera, inner.diameter) if giants else None
         ),
+        boxes=boxes,
+        shining=frozenset(k for k, block in enumerate(objects) if block.ibl_texture is not None),
     )
 
 
 def _size_matters(objects: Sequence[SceneObject], camera: np.ndarray) -> bool:
     """Whether the sizes of meshes are needed: reading large files takes a while."""
     ordinary = NEAR_CAMERA <= np.max(np.abs(camera)) <= FAR_CAMERA
-    return not ordinary or any(isinstance(b.shape, Plane | Sphere) for b in objects)
+    return not ordinary or any(
+        isinstance(b.shape, Plane | Sphere | Hemisphere) for b in objects
+    )
 
 
 def _is_giant(ball: Ball | None, block: SceneObject, camera: np.ndarray) -> bool:

@@ -34,11 +34,31 @@ class UVPlane:
     v: tuple[float, float, float]
 
     def edges(self, dialect: str) -> tuple[np.ndarray, np.ndarray]:
-        """Both edges, (3,) each; in dialect `prender` of squared length (row uvplane-extent)."""
-        u, v = np.array(self.u), np.array(self.v)
-        if dialect == "prender":
-            return u * np.linalg.norm(u), v * np.linalg.norm(v)
-        return u, v
+        """Both edges, (3,) each; as they are written, or as dialect `prender` extends them.
+
+        The program (row uvplane-extent) shows the points p whose distances from the corner along
+        the unit vectors of U and V are at most the squared lengths: edges of squared length, if
+        they are orthogonal; a parallelogram of the dual basis, if not.
+        """
+        u, v = np.array(self.u, float), np.array(self.v, float)
+        a, b = np.linalg.norm(u), np.linalg.norm(v)
+        if dialect != "prender" or not a * b > 0:
+            return u, v
+        along_u, along_v = u / a, v / b
+        cosine = float(along_u @ along_v)
+        sine2 = 1 - cosine**2
+        if not sine2 > 1e-12:
+            return u * a, v * b
+        dual_u = (along_u - cosine * along_v) / sine2
+        dual_v = (along_v - cosine * along_u) / sine2
+        return dual_u * a**2, dual_v * b**2
+
+    def tiles(self, dialect: str) -> tuple[float, float]:
+        """How often a picture fits along both edges: once, or in dialect `prender` once to each
+        length of U and V (row uvplane-texture)."""
+        if dialect != "prender":
+            return 1.0, 1.0
+        return float(np.linalg.norm(self.u)), float(np.linalg.norm(self.v))
 
 
 @dataclass(frozen=True)

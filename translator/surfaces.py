@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from relume.translator import geometry
@@ -18,18 +16,13 @@ from relume.translator.shapes import (
     Sphere,
     UVPlane,
 )
+from relume.translator.tiling import FARTHEST, REACH, tiled_plane
 
-PLANE_REACH = 100.0
-"""Half the side of an infinite plane, in radii of the finite part of the scene."""
+SMALLEST_TILE = 1e-5
+"""Least size of the tile of an infinite plane below the camera, in units of the largest height."""
 
-ROUNDING = 6e-8
-"""Error of a hit point over the size of the triangle between whose corners it is interpolated."""
-
-COARSE = 0.01
-"""Error of points on an infinite plane over the camera's height from which on a note tells it."""
-
-VISIBLE_EDGE = 0.5
-"""Angle below the horizon from which on a note tells of an infinite plane's edge [degree]."""
+LEVEL = 1e-6
+"""X of a normal up to which the program takes it for 0."""
 
 ANNULUS_SEGMENTS = 1024
 """Segments of a ring: its edge is at most 5e-6 of the radius off the circle."""
@@ -86,7 +79,7 @@ class ShapeBuilder:
             block.lines.remark("", "sphere-rotation")
         if ball is None:
             block.lines.becomes("", "ellipsoid")
-            return mesh_entry(dome(shape, matrix, np.pi), turned)
+            return mesh_entry(ellipsoid(shape, matrix), turned)
         entry = {
             "type": "sphere",
             "center": [float(x) for x in ball.center],
@@ -96,7 +89,7 @@ class ShapeBuilder:
 
     def hemisphere(self, block: SceneObject, shape: Hemisphere, matrix: np.ndarray) -> Entry:
         """The upper half of a sphere, tessellated: a masked sphere would block explicit light."""
-        mesh = dome(shape, matrix, np.pi / 2)
+        mesh = dome(shape, matrix)
         off = 1 - np.cos(np.pi / DOME_SEGMENTS)
         block.lines.becomes("", "hemisphere", segments=DOME_SEGMENTS, off=off)
         return mesh_entry(mesh, block.normal < 0)
@@ -118,33 +111,29 @@ class ShapeBuilder:
         return {"type": "rectangle", "to_world": Matrix.of(to_world)} | flipped(turned)
 
     def plane(self, block: SceneObject, shape: Plane, matrix: np.ndarray) -> Entry:
-        """A square around the foot of the scene's centre, far larger than the scene."""
+        """Tiles around the foot of the camera, to the horizon."""
         n = geometry.normal(matrix, shape.normal)
         p = geometry.point(matrix, shape.point)
-        center, whole = self.scene.whole.center, self.scene.whole.diameter
-        foot = center - ((center - p) @ n) * n
-        away = float(np.linalg.norm(center - foot))
-        # As far as what surrounds the camera reaches, but no coarser than what is inside needs.
-        inner = (self.scene.inner.diameter or whole) / 2
-        side = max(PLANE_REACH * max(inner, away, 1e-3), whole)
-        height = abs((self.scene.camera - p) @ n)
-        edge, off = math.degrees(math.atan(height / side)), ROUNDING * side
-        if edge >= VISIBLE_EDGE:
-            block.lines.remark("", "infinite-plane-edge", side=2 * side, edge=edge)
-        else:
-            block.lines.remark("", "infinite-plane", side=2 * side)
-        if off > COARSE * height:
-            block.lines.remark("", "infinite-plane-coarse", off=off)
-        linear = geometry.frame(n) @ np.diag([side, side, 1.0])
-        entry = {"type": "rectangle", "to_world": Matrix.of(geometry.affine(linear, foot))}
-        return entry | flipped(block.normal < 0)
+        camera, center = self.scene.camera, self.scene.whole.center
+        height, away = abs((camera - p) @ n), abs((center - p) @ n)
+        foot = camera - ((camera - p) @ n) * n
+        size = self.scene.inner.diameter or self.scene.whole.diameter
+        highest = max(height, away, size, 1e-3)
+        least = max(height, SMALLEST_TILE * highest)
+        across = float(np.linalg.norm(center - camera))
+        reach = max(REACH * highest, across + self.scene.whole.diameter)
+        reach = max(min(reach, FARTHEST), 2 * highest)
+        block.lines.remark("", "infinite-plane", side=2 * reach)
+        mesh = tiled_plane(foot, geometry.frame(n)[:, :2], least, reach)
+        return mesh_entry(mesh, block.normal < 0)
 
     def disk(self, block: SceneObject, shape: Disk, matrix: np.ndarray) -> Entry:
-        """A disk, tessellated where a matrix or a texture asks for more than the stock one has."""
+        """A disk, tessellated where a matrix or a picture asks for more than the stock one has."""
+        self.report_disk(block)
         linear = matrix[:3, :3]
         axes = geometry.frame(geometry.unit(shape.normal)) * shape.radius
         to_world = matrix @ geometry.affine(axes, shape.center)
-        if geometry.similarity_scale(linear) is None or block.texture is not None:
+        if geometry.similarity_scale(linear) is None or block.has_picture:
             block.lines.becomes("", "tessellated-disk", segments=ANNULUS_SEGMENTS)
             return mesh_entry(ring(shape.radius, 0.0, shape, matrix), block.normal < 0)
         turned = (block.normal < 0) != (np.linalg.det(linear) < 0)
@@ -152,8 +141,16 @@ class ShapeBuilder:
 
     def annulus(self, block: SceneObject, shape: Annulus, matrix: np.ndarray) -> Entry:
         """A flat ring, tessellated."""
+        self.report_disk(block)
         block.lines.becomes("", "tessellated-ring", segments=ANNULUS_SEGMENTS)
         return mesh_entry(ring(shape.radius, shape.inner_radius, shape, matrix), block.normal < 0)
+
+
+    def report_disk(self, block: SceneObject) -> None:
+        """Report how pictures lie on a disk."""
+        if not block.disk_map:
+            for field in ("texture", "bump_texture", "ibl_texture"):
+                block.lines.remark(field, "disk-frame")
 
 
 def flipped(turned: bool | np.bool_) -> Entry:
@@ -184,21 +181,43 @@ def transformed(
     return Mesh(world, faces, turned / np.linalg.norm(turned, axis=1, keepdims=True), uv)
 
 
-def dome(shape: Sphere | Hemisphere, matrix: np.ndarray, end: float) -> Mesh:
-    """A sphere around +Y from its top to the polar angle `end`, tessellated, with true normals."""
+def dome(shape: Hemisphere, matrix: np.ndarray) -> Mesh:
+    """The upper half of a sphere, tessellated around +Y, with true normals."""
+    normals, faces, _ = graticule(np.pi / 2)
+    normals = normals[:, [1, 2, 0]]  # Z becomes Y
+    vertices = np.array(shape.center) + shape.radius * normals
+    return transformed(vertices, faces, normals, matrix, polar_uv(normals))
+
+
+def ellipsoid(shape: Sphere, matrix: np.ndarray) -> Mesh:
+    """A sphere, tessellated around +Z as its coordinates run, with true normals."""
+    normals, faces, uv = graticule(np.pi)
+    vertices = np.array(shape.center) + shape.radius * normals
+    return transformed(vertices, faces, normals, matrix, uv)
+
+
+def graticule(end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A unit sphere around +Z from its top to the polar angle `end`, tessellated.
+
+    Returns:
+        (vertices (V, 3), faces (F, 3), coordinates (V, 2)): u runs around from +X towards +Y, v
+        down from +Z, both in [0, 1] on the whole sphere.
+    """
     rows, columns = round(DOME_SEGMENTS * end / (2 * np.pi)), DOME_SEGMENTS
     theta, phi = np.meshgrid(
         np.linspace(0, end, rows + 1), np.linspace(0, 2 * np.pi, columns + 1), indexing="ij"
     )
-    normals = np.stack(
-        [np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1
+    vertices = np.stack(
+        [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1
     )
+    # All of a pole's vertices lie in one place; each has the u of the middle of its triangle.
+    middle = np.where(np.sin(theta) < 1e-9, np.sign(np.cos(theta)), 0) * 0.5 / columns
+    u = phi / (2 * np.pi) + middle
+    uv = np.stack([u, theta / np.pi], -1).reshape(-1, 2)
     k = np.arange(rows * (columns + 1)).reshape(rows, -1)[:, :-1].ravel()
     below = k + columns + 1
     faces = np.concatenate([np.stack([k, below, below + 1], 1), np.stack([k, below + 1, k + 1], 1)])
-    normals = normals.reshape(-1, 3)
-    vertices = np.array(shape.center) + shape.radius * normals
-    return transformed(vertices, faces, normals, matrix, polar_uv(normals))
+    return vertices.reshape(-1, 3), faces, uv
 
 
 def polar_uv(n: np.ndarray) -> np.ndarray:
@@ -218,6 +237,28 @@ def ring(outer: float, inner: float, shape: Disk | Annulus, matrix: np.ndarray) 
     c, d = following + ANNULUS_SEGMENTS, following
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     normals = np.tile(axes[:, 2], (len(vertices), 1))
-    # Texture coordinates along two tangents, from 0 at the centre to 1 at the rim (section 11.3).
-    uv = (vertices - np.array(shape.center)) @ axes[:, :2] / shape.radius
+    uv = disk_uv(vertices, shape, matrix)
     return transformed(vertices, faces[: len(faces) if inner > 0 else len(k)], normals, matrix, uv)
+
+
+def disk_uv(points: np.ndarray, shape: Disk | Annulus, matrix: np.ndarray) -> np.ndarray:
+    """Texture coordinates of points of a disk, (N, 2), from 0 at its centre to 1 at the rim.
+
+    They are measured along the tangents of the normal as the matrix turns it (row disk-frame): a
+    turn about the normal does not turn a picture. Under an uneven scale a picture is scaled, too.
+    """
+    linear, offsets = matrix[:3, :3], points - np.array(shape.center)
+    scale = geometry.similarity_scale(linear)
+    if scale is None:
+        return offsets @ tangents(geometry.unit(shape.normal)).T / shape.radius
+    axes = tangents(geometry.normal(matrix, shape.normal))
+    return offsets @ linear.T @ axes.T / (scale * shape.radius)
+
+
+def tangents(n: np.ndarray) -> np.ndarray:
+    """The tangents along which the program measures u and v on a disk of normal `n`, (2, 3)."""
+    x = np.cross([0.0, 1.0, 0.0] if abs(n[0]) > LEVEL else [1.0, 0.0, 0.0], n)
+    if not np.any(x):
+        x = np.array([0.0, 1.0, 0.0])
+    x = geometry.unit(x)
+    return np.stack([x, np.cross(n, x)])

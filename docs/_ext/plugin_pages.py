@@ -20,6 +20,7 @@ KINDS = {
     "integrators": "Integrators",
     "phasefunctions": "Phase functions",
     "sensors": "Cameras",
+    "textures": "Textures",
 }
 """Packages of plugins in the order of the pages, with their captions."""
 

@@ -291,5 +291,5 @@ def possible(found: Pass) -> bool:
     if found.squares is None:
         return True
     sums, squares = found.sum.astype(float), found.squares.astype(float)
-    underflow = found.spp * float(np.finfo(np.float32).tiny)
+    underflow = found.spp * 2.0**-126
     return bool((sums**2 <= found.spp * (1.1 * squares + underflow)).all())

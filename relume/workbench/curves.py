@@ -93,7 +93,7 @@ class Curve:
         """
         e, known = error(self.gram), self.time(clock)
         x = np.log(np.maximum.accumulate(known))
-        y = np.log(np.maximum(e, np.finfo(float).tiny))
+        y = np.log(np.maximum(e, 2.0**-1022))
         floor = max(float(bias2(self.gram)[-1]), 0.0) if self.biased() else 0.0
         spp = self.spp[-1] + (times - known[-1]) / each(known, self.spp)
         beyond = floor + (e[-1] - floor) * self.spp[-1] / np.maximum(spp, self.spp[-1])

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import mitsuba as mi
 
 from relume import translator
-from relume.loading import Source, integrator_entry, load_scene
+from relume.loading import Source, for_variant, integrator_entry, load_scene
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
@@ -75,11 +75,6 @@ def as_planned(planned: Entry) -> Entry:
     return planned
 
 
-def walked(planned: Entry) -> Entry:
-    """The planned integrator, or for `path` the one that is quicker under chains."""
-    return planned | {"type": "dispersivepath"} if planned["type"] == "path" else planned
-
-
 def has_medium(translation: Translation) -> bool:
     """Whether a scene has a participating medium."""
     return bool(plugin_types(translation.scene) & MEDIA)
@@ -90,6 +85,13 @@ def without_medium(translation: Translation) -> str:
     if has_medium(translation):
         return "it knows no participating media"
     return without_diffusion(translation)
+
+
+def without_masks(translation: Translation) -> str:
+    """The obstacle of the stock path tracer, for which light ends at all surfaces."""
+    if {"mask", "null"} & plugin_types(translation.scene):
+        return "its light does not cross surfaces that are not there in full"
+    return without_medium(translation)
 
 
 def without_diffusion(translation: Translation) -> str:
@@ -175,7 +177,7 @@ def with_separate_direct_light(translation: Translation) -> str:
         if integrator.get("luminance_limit", 0) > 0:
             return "luminance_cutoff cuts direct and indirect light together"
         integrator = integrator["integrator"]
-    can = walked(integrator)["type"] == "dispersivepath"
+    can = integrator["type"] in ("surfacepath", "dispersivepath")
     return "" if can else f"{integrator['type']} cannot leave out direct light"
 
 
@@ -187,7 +189,8 @@ DIPOLES = {
 """Methods that render subsurface scattering by diffusion, with their profiles."""
 
 METHODS = (
-    Method("path", tracer("path"), obstacle=without_medium),
+    Method("surfacepath", tracer("surfacepath"), obstacle=without_medium),
+    Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
     Method("dispersivepath", tracer("dispersivepath"), obstacle=with_dispersion),
@@ -216,17 +219,17 @@ METHODS = (
         obstacle=with_ward,
         scene=replaced(balanced_ward),
     ),
-    Method("pssmlt", walked, chains={"type": "pssmlt"}),
+    Method("pssmlt", as_planned, chains={"type": "pssmlt"}),
     Method(
         "pssmlt-direct",
-        walked,
+        as_planned,
         obstacle=with_separate_direct_light,
         chains={"type": "pssmlt", "direct_samples": 0.2},
     ),
-    Method("pssmlt-kelemen", walked, chains={"type": "pssmlt", "mutation": "kelemen"}),
-    Method("pssmlt-lux", walked, chains={"type": "pssmlt", "mutation": "lux"}),
-    Method("pssmlt-gaussian", walked, chains={"type": "pssmlt", "mutation": "gaussian"}),
-    Method("erpt", walked, chains={"type": "erpt"}),
+    Method("pssmlt-kelemen", as_planned, chains={"type": "pssmlt", "mutation": "kelemen"}),
+    Method("pssmlt-lux", as_planned, chains={"type": "pssmlt", "mutation": "lux"}),
+    Method("pssmlt-gaussian", as_planned, chains={"type": "pssmlt", "mutation": "gaussian"}),
+    Method("erpt", as_planned, chains={"type": "erpt"}),
 )
 """All methods; the command line, charts and studies take them from here."""
 
@@ -338,7 +341,7 @@ class Stage:
         """
         translation = self.translated(method)
         try:
-            integrator = mi.load_dict(to_mitsuba(translation.scene["integrator"]))
+            integrator = mi.load_dict(to_mitsuba(for_variant(translation.scene["integrator"])))
         except RuntimeError as error:
             raise CannotRender(f"integrator '{method.name}': {reason(error)}") from None
         key = (method.document, method.scene)

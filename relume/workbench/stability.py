@@ -202,7 +202,9 @@ def cells_of(
         )
     refuse(options, {"integrator": "the integrators are the methods"})
     spp = SPP if options.spp is None else options.spp
-    document = resized(document, options.size or reduced(document.image), spp * RUNS)
+    given = resized(document, options.size or reduced(document.image), spp * RUNS)
+    assert isinstance(given, Document)
+    document = given
     translation = translator.translate(document, options.dialect, options.asset_path)
     case = Case(document, answer.tolist(), answer.max() or 1.0, spp=spp, options=options)
     names = tuple(method.name for method in method_table.chosen(translation, methods))

@@ -74,8 +74,11 @@ def _rendered_document(
     document = _document(case, cell)
     with tempfile.TemporaryDirectory() as folder:
         with exr_threads():
-            for name, pixels in case.files.items():
-                mi.Bitmap(np.asarray(pixels, np.float32)).write(str(Path(folder, name)))
+            for name, content in case.files.items():
+                if isinstance(content, str):
+                    Path(folder, name).write_text(content, encoding="utf-8")
+                else:
+                    mi.Bitmap(np.asarray(content, np.float32)).write(str(Path(folder, name)))
         folders = (*case.options.asset_path, folder)
         options = dataclasses.replace(case.options, asset_path=folders)
         translation = translator.translate(document, options.dialect, folders)

@@ -14,7 +14,7 @@ from scipy import ndimage, special
 
 from relume.workbench.estimates import Estimate, Level, block_means, from_blocks
 
-ROUNDING = 4 * float(np.finfo(np.float32).eps)
+ROUNDING = 4 * 2.0**-23
 """Relative standard error that any mean of float32 pictures has at least."""
 
 UNDERFLOW = 1e-300

@@ -274,3 +274,22 @@ def test_wrong_words_are_refused():
     for name in ("variant", "tangent_frame"):
         with pytest.raises(RuntimeError, match=f"{name} is 'nonsense', but must be one of"):
             mi.load_dict({"type": "ward", name: "nonsense"})
+
+
+def test_blend_weighs_both_parts_by_their_shares(at, directions):
+    """`blend` of 0.4 and 0.2: two thirds of the one and a third of the other, in value, density and
+    samples from the same random numbers; channels count together."""
+    colored = {"type": "rgb", "value": [0.6, 0.4, 0.2]}
+    parts = {"diffuse_reflectance": colored, "blend": True}
+    blended = mi.load_dict(ward(0.2, 0.3, rho_s=0.2) | parts)
+    weighed = {"type": "rgb", "value": [0.4, 0.4 * 2 / 3, 0.4 / 3]}
+    same = mi.load_dict(ward(0.2, 0.3, rho_s=0.2 / 3) | {"diffuse_reflectance": weighed})
+    wi, wo = directions(1000, 1), directions(1000, 2)
+    si, ctx = at(wi), mi.BSDFContext()
+    for bsdf in (blended, same):
+        bsdf.found = [np.array(x) for x in bsdf.eval_pdf(ctx, si, mi.Vector3f(wo.T))]
+        rng = np.random.default_rng(3).random((3, 1000)).astype(np.float32)
+        bs, weight = bsdf.sample(ctx, si, mi.Float(rng[0]), mi.Point2f(rng[1:]))
+        bsdf.found += [np.array(bs.wo), np.array(bs.pdf), np.array(weight)]
+    for ours, theirs in zip(blended.found, same.found, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-6)

@@ -11,7 +11,7 @@ from relume.translator.outcomes import OUTCOMES, explanation
 
 
 def result(status):
-    return {"file": "x", "status": status, "errors": [], "lines": [], "plan": None}
+    return {"file": "x", "status": status, "errors": [], "lines": [], "notes": [], "plan": None}
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_errors_of_the_text_and_of_files_come_together(room):
 def test_a_camera_that_looks_nowhere_is_an_error_without_a_warning(room):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        report = checking.check_file(room("CAMERA_UPVEC\n0 0 0"))
+        report = checking.check_file(room("CAMERA_UPVEC\n0 1e-200 0"))
     assert report["status"] == "error" and not caught
 
 
@@ -70,7 +70,7 @@ def test_a_fault_of_the_translator_is_reported_and_not_raised(room, monkeypatch)
 def test_the_plan_names_the_plugins_used(room):
     glass = "OBJECT\nsphere 0 1 2 1\ncolor 1 1 1\nreflection reflection\n"
     plan = checking.check_file(room("LENS\n1 5", objects=glass))["plan"]
-    assert plan["plugins"] == ["schlickglass", "screencamera"]
+    assert plan["plugins"] == ["schlickglass", "screencamera", "surfacepath"]
     assert (plan["width"], plan["height"], plan["sensor"]) == (32, 24, "screencamera")
 
 
@@ -197,3 +197,30 @@ def test_a_full_width_blank_is_named(room, line, found):
     """It looks like a blank in an editor, and separates nothing."""
     report = checking.check_file(room(objects=f"OBJECT\n{line}\nreflection diffuse\n"))
     assert found in report["errors"][0]["message"]
+
+
+DARK_LAMP = "OBJECT\nsphere 0 3 0 1\nemission 0 0 0\ncolor 0 0 0\nreflection diffuse\n"
+BALL = "OBJECT\nsphere 0 0 -9 1\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "codes"),
+    [
+        ("", ["no-light"]),
+        (BALL + DARK_LAMP, ["no-light"]),
+        ("BACKGROUND\n0 0 0\n\n" + BALL, ["no-light"]),
+        ("BACKGROUND\n1 1 1\n", ["no-surface"]),
+        ("BACKGROUND\n1 1 1\n\n" + BALL, []),
+        ("ENVLIGHT\n0.1 0.1 0.1\n\n" + BALL, []),
+        (BALL + DARK_LAMP.replace("emission 0 0 0", "emission 0 0 1e-3"), []),
+        ("OBJECT\ninfinity_light 0 -1 0\nemission 1 1 1\n", ["no-surface"]),
+    ],
+)
+def test_pictures_without_light_or_surfaces_are_told(tmp_path, text, codes):
+    path = tmp_path / "scene.txt"
+    path.write_text(text)
+    report = checking.check_file(path, environ={})
+    assert [note["code"] for note in report["notes"]] == codes
+    console = Console(record=True, width=200)
+    checking.print_results([report], console)
+    assert all(f"[{code}]" in console.export_text(clear=False) for code in codes)

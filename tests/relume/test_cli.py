@@ -96,7 +96,7 @@ def test_shape_of_the_json(run, room, broken):
     results = json.loads(run("check", room(UNSUPPORTED), broken, "missing.txt", "--json").stdout)
     assert [result["status"] for result in results] == ["unsupported", "error", "error"]
     for result in results:
-        assert list(result) == ["file", "status", "errors", "lines", "plan"]
+        assert list(result) == ["file", "status", "errors", "lines", "notes", "plan"]
         for error in result["errors"]:
             assert list(error) == ["line", "column", "message", "kind"]
         for line in result["lines"]:
@@ -108,7 +108,7 @@ def test_shape_of_the_json(run, room, broken):
         {"line": 0, "column": 0, "message": "no such file", "kind": "file"}
     ]
     plan = good["plan"]
-    assert (plan["variant"], plan["integrator"], plan["spp"]) == ("llvm_ad_rgb", "path", 4)
+    assert (plan["variant"], plan["integrator"], plan["spp"]) == ("llvm_ad_rgb", "surfacepath", 4)
     assert set(plan["reasons"]) >= {"variant", "integrator", "sensor", "spp"}
 
 

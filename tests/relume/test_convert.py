@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
@@ -15,8 +16,10 @@ from relume.convert import python_source, write_xml
 from relume.loading import open_session
 from relume.session import Session
 from relume.workbench.statistics import normal_score
+from studies import converted
 
 SPP = 400
+SCENES = Path(__file__).parents[2] / "scenes"
 
 EVERYTHING = """\
 OBJECT
@@ -58,6 +61,34 @@ spot_light 1
 spot_light_dir 0 -1 0
 """
 """An ellipsoid (a mesh), glass, Ward, an OBJ file, a texture and a spot light."""
+
+ROOF = """\
+IMAGE
+32 24
+
+CAMERA_POS
+0 100 0
+
+TARGET_POS
+0 0 0
+
+CAMERA_UPVEC
+0 0 -1
+
+SCREEN
+5 5 100
+
+OBJECT
+objfile roof.obj
+color 0.5 0.5 0.5
+reflection diffuse
+
+OBJECT
+infinity_light 0 -1 0
+emission 1 1 1
+color 0 0 0
+reflection diffuse
+"""
 
 
 @pytest.fixture
@@ -167,3 +198,43 @@ def test_dispersive_scenes_convert_for_a_spectral_variant(room, tmp_path, chance
     mi.set_variant("llvm_ad_spectral")
     picture = np.array(mi.render(mi.load_file(str(out)), seed=chance.seed()))
     chance.scores(deviation(scene, picture, chance))
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("scene", sorted(SCENES.glob("*.txt")), ids=lambda path: path.stem)
+def test_the_scenes_look_the_same_converted(scene, tmp_path, chance):
+    """Block by block, as XML and as Python source."""
+    seeds = [chance.seed() for _ in range(converted.RUNS)]
+    spp = chance.samples(converted.SPP)
+    found = converted.pictures(scene, [], seeds, spp, tmp_path)
+    for name in ("xml", "python"):
+        chance.scores(converted.scores(found[name], found["rendered"]), name, of=2)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_flat_faces_stay_flat(tmp_path, chance):
+    """Two faces that share an edge, without normals: a roof under parallel light.
+
+    Lit along -Y and tilted by 60 and 0 degrees, cosines 0.5 and 1, each all over its face.
+    """
+    mesh = "v -8 0 4\nv 0 0 4\nv 0 0 -4\nv -8 0 -4\nv 4 -6.9282 4\nv 4 -6.9282 -4\nf 1 2 3 4\n"
+    (tmp_path / "roof.obj").write_text(mesh + "f 2 5 6 3\n")
+    scene = tmp_path / "roof.txt"
+    scene.write_text(ROOF)
+    seeds = [chance.seed() for _ in range(converted.RUNS)]
+    found = converted.pictures(scene, [], seeds, 64, tmp_path)
+    for name in ("rendered", "xml", "python"):
+        left, right = found[name][..., 0, :], found[name][..., -1, :]
+        assert np.allclose(left, 0.5, rtol=1e-3) and np.allclose(right, 0.25, rtol=2e-3), name
+
+
+def test_files_of_one_name_are_kept_apart(tmp_path, room):
+    """Two meshes `m.obj` of different folders become two files."""
+    for folder, x in (("a", 0), ("b", 9)):
+        (tmp_path / folder).mkdir()
+        mesh = f"v {x} 0 0\nv {x + 1} 0 0\nv {x} 1 0\nf 1 2 3\n"
+        (tmp_path / folder / "m.obj").write_text(mesh)
+    objects = [f"OBJECT\nobjfile {f}/m.obj\ncolor 1 1 1\nreflection diffuse\n" for f in "ab"]
+    written = write_xml(room(objects="\n".join(objects)), tmp_path / "out" / "room.xml")
+    texts = [path.read_bytes() for path in written[1:] if path.name.startswith("m")]
+    assert len(set(texts)) == len(texts) == 2

@@ -13,7 +13,8 @@ from studies import ROOT, __main__, convergence, false_alarms, scaling, subsurfa
 NEEDED = {
     "corpus": ["charts", "folder", "--asset-path", "folder"],
     "gallery": ["folder"],
-    "peer": ["references", "corpus", "assets"],
+    "peer": ["references"],
+    "peer-corpus": ["references", "corpus", "assets"],
     "scaling": ["units"],
 }
 """Words without which a study does not start."""

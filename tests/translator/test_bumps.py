@@ -19,16 +19,19 @@ U_RAMP = np.broadcast_to(RAMP[None, :, None], (128, 128, 3))
 V_RAMP = np.broadcast_to(RAMP[::-1, None, None], (128, 128, 3))  # the top row is v = 1
 
 
+PANEL = "uvplane -1 -1 0\nU 2 0 0\nV 0 2 0\n"
+
+
 @pytest.fixture
 def shown(view, measure, write_picture):
     """Radiance (channel 0) of a white square in z = 0 under parallel light along `light`."""
 
-    def run(picture, light, surface="uvplane -1 -1 0\nU 2 0 0\nV 0 2 0\n", lines="", at=(0, 0, 0)):
+    def run(picture, light, surface=PANEL, lines="", at=(0, 0, 0), dialect="manual"):
         write_picture("bump.png", picture)
         text = view((at[0], at[1], 5), at) + f"OBJECT\ninfinity_light {light}\nemission 1 1 1\n"
         text += "color 0 0 0\nreflection diffuse\n\nOBJECT\n" + surface
         text += f"color 1 1 1\nreflection diffuse\n{lines}\n"
-        return measure(text, spp=16, runs=2).mean[0]
+        return measure(text, spp=16, runs=2, dialect=dialect).mean[0]
 
     return run
 
@@ -64,6 +67,18 @@ def test_slope_does_not_depend_on_size(shown):
     big = "uvplane -10 -10 0\nU 20 0 0\nV 0 20 0\n"
     measured = shown(U_RAMP, "1 0 -1", big, "bump_texture bump.png\n")
     assert measured == pytest.approx(math.cos(TILT - math.pi / 4), rel=1e-3)
+
+
+@pytest.mark.parametrize(("dialect", "x", "tilted"), [
+    ("prender", -0.5, True), ("prender", 0.5, False), ("prender", 1.5, True),
+    ("prender", 2.5, False), ("manual", -0.5, True), ("manual", 0.5, False),
+])  # fmt: skip
+def test_tiles_of_bumps(shown, dialect, x, tilted):
+    """In dialect `prender` a bump map lies on a uvplane as a picture does: once to each length."""
+    half = np.where(np.arange(128)[None, :, None] < 64, U_RAMP, 128)
+    light, lines = "0.70710678 0 -0.70710678", "bump_texture bump.png\n"
+    measured = shown(half, light, lines=lines, at=(x, 0, 0), dialect=dialect)
+    assert measured == pytest.approx(math.cos(TILT * tilted - math.pi / 4), rel=1e-3)
 
 
 MESH = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from relume import sensors  # noqa: F401  registers the screen camera
-from relume.translator import camera, read_text
+from relume.translator import camera, read_text, translate
 from relume.translator.scene_values import to_mitsuba
 
 TOLERANCE = 2e-6
@@ -207,3 +207,27 @@ def test_film(flag, name, radius):
     assert entry["rfilter"]["type"] == name and entry["rfilter"].get("radius") == radius
     loaded = mi.load_dict(to_mitsuba(entry))
     assert list(loaded.size()) == [64, 48]
+
+
+@pytest.mark.parametrize(
+    ("lines", "direction", "code"),
+    [
+        ("TARGET_POS\n1 2 3\n", (0, 0, -1), "target-at-camera"),
+        ("TARGET_POS\n1 2 3\nCAMERA_MATRIX\nrotation 0 90 0\n\n", (-1, 0, 0), "target-at-camera"),
+        ("TARGET_POS\n1 2 3\nCAMERA_DIR\n1 0 0\n", (1, 0, 0), "target-at-camera"),
+        ("TARGET_POS\n1 2 3\nCAMERA_DIR\n0 0 0\n", (0, 0, -1), "target-at-camera"),
+        ("CAMERA_DIR\n0 0 0\n", (0, 0, -1), "direction-missing"),
+        ("CAMERA_DIR\n0 0 0\nTARGET_POS\n1 2 9\n", (0, 0, 1), None),
+        ("CAMERA_DIR\n1 0 0\nCAMERA_UPVEC\n0 0 0\n", (1, 0, 0), "up-missing"),
+    ],
+)
+def test_directions_that_are_told_by_default(lines, direction, code):
+    """A target at the camera, and vectors of length 0, have one plausible reading each."""
+    document = read_text("CAMERA_POS\n1 2 3\n" + lines, environ={})
+    found = translate(document)
+    seen = camera.view(found.document)
+    assert seen.direction == pytest.approx(direction, abs=1e-15)
+    assert seen.up == pytest.approx((0, 1, 0))
+    codes = {code: r.outcome for r in found.document.lines.all for code in r.codes}
+    assert code is None or codes[code] == "approximated"
+    assert len({"target-at-camera", "direction-missing", "up-missing"} & set(codes)) == bool(code)

@@ -25,10 +25,10 @@ def problem(text):
         ("IMAGE\n16000 16000\n", 2, "range", "IMAGE of 16000 x 16000 pixels"),
         ("SAMPLING\n2^30\nSUPERSAMPLING\n2^6\n", 2, "range", "samples a pixel"),
         ("metropolisTransport\n1\nmutation\n1e20\n", 4, "range", "mutations a pixel: expected"),
-        ("CAMERA_DIR\n0 0 0\n", 2, "value", "CAMERA_DIR 0 0 0"),
-        ("CAMERA_DIR\n0 0 1e-200\n", 2, "value", "no direction"),
-        ("CAMERA_POS\n1 2 3\nTARGET_POS\n1 2 3\n", 4, "value", "TARGET_POS equal to CAMERA_POS"),
-        ("CAMERA_UPVEC\n0 0 0\n", 2, "value", "CAMERA_UPVEC of length 0"),
+        ("CAMERA_DIR\n0 0 1e-200\n", 2, "value", "too near or too far to tell"),
+        ("CAMERA_POS\n0 0 0\nTARGET_POS\n0 0 1e-200\n", 4, "value", "too near or too far"),
+        ("CAMERA_UPVEC\n0 0 1e-200\n", 2, "value", "CAMERA_UPVEC is too short"),
+        ("CAMERA_DIR\n0 0 -1\nCAMERA_MATRIX\nrotation 90 0 0\n", 0, "value", "parallel"),
         ("CAMERA_DIR\n0 0 -1\nCAMERA_UPVEC\n0 0 5\n", 4, "value", "parallel to the viewing"),
         ("CAMERA_DIR\n0 -3 0\n", 0, "value", "parallel to the viewing"),
         ("CAMERA_POS\n0 0 0\nTARGET_POS\n0 7 0\n", 0, "value", "parallel to the viewing"),
@@ -38,9 +38,8 @@ def problem(text):
         ("OBJECT\nuvplane 0 0 0\nU 1 1 0\nV -2 -2 0\n", 1, "value", "edges that span no area"),
         ("OBJECT\nuvplane 0 0 0\nU 0 0 0\nV 0 0 1\n", 1, "value", "edges that span no area"),
         (BALL + "scale 1 0 1\n", 1, "value", "scale by 0"),
-        (BALL + "spot_light 1\nspot_light_angle 20 30\n", 4, "range", "spot_light_angle 20 30"),
         (BALL + "spot_light 1\nspot_light_angle 100 30\n", 4, "range", "0 < w <= 90"),
-        (BALL + "spot_light 1\nspot_light_dir 0 0 0\n", 4, "value", "spot_light_dir of length 0"),
+        (BALL + "spot_light 1\nspot_light_dir 0 1e-200 0\n", 4, "value", "is too short"),
     ],
 )
 def test_problems(text, line, kind, message):
@@ -55,6 +54,12 @@ def test_problems(text, line, kind, message):
     [
         "IMAGE\n8192 8192\n",
         "CAMERA_DIR\n0 0 -1e-100\n",
+        "CAMERA_DIR\n0 0 0\n",
+        "CAMERA_POS\n1 2 3\nTARGET_POS\n1 2 3\n",
+        "CAMERA_UPVEC\n0 0 0\n",
+        "CAMERA_DIR\n0 -1 0\nCAMERA_MATRIX\nrotation 45 0 0\n",
+        BALL + "spot_light 1\nspot_light_angle 20 30\n",
+        BALL + "spot_light 1\nspot_light_dir 0 0 0\n",
         "CAMERA_DIR\n0 0 -1\nCAMERA_UPVEC\n0 1e-6 5\n",
         "CAMERA_DIR\n0 0 0\nTARGET_POS\n0 1 2\n",  # the target replaces the direction
         BALL + "spot_light_angle 20 30\n",  # it is no spot light

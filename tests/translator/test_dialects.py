@@ -14,6 +14,8 @@ GREY = "color 0.4 0.4 0.4\nspecular 0.4 0.4 0.4\n"
 OFF = "luminance_cutoff\n0\n"
 """The program's own cutoff wraps the integrator; scenes that ask for none have none."""
 
+UNIT = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
+
 SSS = BALL + "reflection Subsurface_Scattering\n"
 WALK = SSS + "BSSRDF\n0\n"
 FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n"
@@ -59,6 +61,48 @@ def test_uvplane_extent():
         assert "uvplane-extent" in notes(translation)
 
 
+def test_uvplane_texture(tmp_path):
+    """One picture over the plane, or one to each length of its edges: 2 and 0.5."""
+    (tmp_path / "paint.ppm").write_bytes(b"P6\n4 4\n255\n" + bytes(range(48)))
+    text = OFF + "OBJECT\nuvplane 1 1 1\nU 2 0 0\nV 0 0.5 0\ntexture paint.ppm\n"
+    manual, program = both(text, asset_path=[tmp_path])
+    assert "to_uv" not in inner_bsdf(manual)["reflectance"]
+    rows = inner_bsdf(program)["reflectance"]["to_uv"].rows
+    assert np.array(rows) == pytest.approx(np.diag([2, 0.5, 1, 1]))
+    assert "uvplane-texture" in notes(manual) and "uvplane-texture" in notes(program)
+
+
+def test_uvplane_light():
+    """An area lamp, or one whose looks are larger than what gives light: 4 x 0.25, and 2 x 0.5."""
+    lamp = "OBJECT\nuvplane 1 1 1\nU 2 0 0\nV 0 0.5 0\nemission 1 2 3\n"
+    manual, program = both(OFF + "nextEventEstimation\n1\n" + lamp)
+    assert manual.scene["object_5"]["emitter"]["type"] == "area"
+    emitter = program.scene["object_5"]["emitter"]
+    assert emitter["type"] == "apparentlamp"
+    assert emitter["radiance"]["value"] == [1, 2, 3]
+    assert (emitter["origin"], emitter["edge_u"], emitter["edge_v"]) == (
+        [1, 1, 1], [2, 0, 0], [0, 0.5, 0]
+    )  # fmt: skip
+    assert "uvplane-light" in notes(manual) and "uvplane-light" in notes(program)
+    for unlike in (lamp, "nextEventEstimation\n1\n" + lamp + "color 0.1 0.1 0.1\n"):
+        emitters = [t.scene[f"object_{3 + 2 * ('next' in unlike)}"]["emitter"] for t in
+                    both(OFF + unlike)]  # fmt: skip
+        assert [emitter["type"] for emitter in emitters] == 2 * [
+            "twosidedarea" if "color" in unlike else "area"
+        ]
+
+
+def test_turned_lamps_of_two_sizes():
+    """Light leaves on the side of the normal: `normal -1` and a mirroring scale turn U x V."""
+    lamp = "nextEventEstimation\n1\n\nOBJECT\nuvplane 0 0 0\nU 2 0 0\nV 0 3 0\nemission 1 1 1\n"
+    for lines, side in (("", 1), ("normal -1\n", -1), ("scale -1 1 1\n", 1),
+                        ("scale -1 1 1\nnormal -1\n", -1)):  # fmt: skip
+        _, program = both(OFF + lamp + lines)
+        emitter = program.scene["object_6"]["emitter"]
+        across = np.cross(emitter["edge_u"], emitter["edge_v"])
+        assert across == pytest.approx(np.array([0, 0, 6 * side]))
+
+
 def test_ward_diffuse():
     """Both parts in full, or a blend by their means: a half each where they are equal."""
     manual, program = both(OFF + BALL + GREY + "reflection ward_brdf\nward_brdf 1 1 0.1 0.2\n")
@@ -82,8 +126,23 @@ def test_phong_diffuse():
 def test_dispersion_rgb():
     """By wavelength, or with one index under RGB."""
     manual, program = both(OFF + BALL + "color 1 1 1\nreflection reflection99\n")
-    assert (manual.plan.variant, manual.plan.integrator) == ("llvm_ad_spectral", "dispersivepath")
-    assert (program.plan.variant, program.plan.integrator) == ("llvm_ad_rgb", "path")
+    assert (manual.plan.variant, manual.plan.integrator) == ("llvm_ad_spectral", "surfacepath")
+    assert (program.plan.variant, program.plan.integrator) == ("llvm_ad_rgb", "surfacepath")
+
+
+def test_parallel_lamp():
+    """A beam alone, or with its rectangle: seen in squared lengths, without light of its own under
+    next event estimation, an area lamp else."""
+    beam = "OBJECT\nuvplane 0 2 0\nU 2 0 0\nV 0 0 1\nemission 1 2 3\nparallel_light 1\n"
+    for head, kind in (("", "area"), ("nextEventEstimation\n1\n", "apparentlamp")):
+        manual, program = both(OFF + head + beam)
+        name = "object_5" if head else "object_3"
+        assert manual.scene[f"{name}_light"]["type"] == "parallelbeam"
+        assert name not in manual.scene and "is not shown" in notes(manual)
+        assert program.scene[f"{name}_light"]["type"] == "parallelbeam"
+        assert program.scene[name]["emitter"]["type"] == kind
+        assert program.scene[name]["emitter"]["radiance"]["value"] == [1, 2, 3]
+        assert "parallel-lamp" in notes(program)
 
 
 def test_infinity_length():
@@ -100,10 +159,10 @@ def test_infinity_length():
 def test_luminance_cutoff():
     """Off, or 0.025 where the file is silent: times the samples, for each sample alone."""
     manual, program = both("SAMPLING\n10\nSUPERSAMPLING\n2\n")
-    assert manual.scene["integrator"]["type"] == "path"
+    assert manual.scene["integrator"]["type"] == "surfacepath"
     assert program.scene["integrator"]["type"] == "samplescale"
     assert program.scene["integrator"]["luminance_limit"] == pytest.approx(0.025 * 40)
-    assert all(t.scene["integrator"]["type"] == "path" for t in both(OFF))
+    assert all(t.scene["integrator"]["type"] == "surfacepath" for t in both(OFF))
     limits = [t.scene["integrator"]["luminance_limit"] for t in both("luminance_cutoff\n0.5\n")]
     assert limits == [16, 16]
 
@@ -151,7 +210,7 @@ UNSWITCHED = {
     "glass-colour": BALL + "color 0.5 0.6 0.7\nreflection reflection\nrefractive_index 1.3\n",
     "no-reflection-line": BALL + "color 0.5 0.6 0.7\n",
     "roughness": BALL + "color 0.5 0.6 0.7\nreflection diffuse\nroughness 0.25\n",
-    "emission-units": "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\nemission 1 1 1\nparallel_light 1\n",
+    "emission-units": "OBJECT\ninfinity_light 0 -1 0\nemission 1 1 1\n",
     "spot": BALL + "emission 1 1 1\nspot_light 1\nspot_light_angle 30 10\n",
     "several-lights": (BALL + "emission 1 1 1\n\n") * 2,
     "erpt": "energyRedistributionPathTracing\n1\n",
@@ -165,10 +224,18 @@ UNSWITCHED = {
     "sss-gate": WALK + "SCATTERING\n0\n1 1 1\n",
     "chicken": WALK + "MATERIAL_SYMBOL\nChicken2\n",
     "roulette": "DEPTH\n3\nDEPTH_LIMIT\n5\n",
+    "level-0": SSS + "level\n0\nSCATTERING\n0\n1 1 1\n",
+    "disk-light": "OBJECT\ndisk 0 0 0 1\nnormal 0 1 0\nemission 1 1 1\n",
+    "lit-uvplane": UNIT + "emission 1 1 1\ncolor 0.5 0.5 0.5\n",
+    "background-object": UNIT + "background 1\ncolor 0.5 0.5 0.5\n",
+    "sphere-radius-scale": BALL + "scale 2 2 2\n",
+    "ward-colour": BALL + "reflection ward_brdf\nward_brdf 0.5 0.5 0.1 0.1\ncolor 1 1 1\n",
+    "fog-sky": FOG + "BACKGROUND\n1 1 1\n",
 }
 NOTED = {"camera-matrix-up", "sphere-rotation", "no-reflection-line", "roughness", "emission-units",
          "spot", "gamma", "timelimit", "medium-units", "medium-phase", "sss-simulation", "sss-base",
-         "sss-gate", "chicken"}
+         "sss-gate", "chicken", "level-0", "disk-light", "lit-uvplane", "background-object",
+         "sphere-radius-scale", "ward-colour", "fog-sky"}
 """Rows that a line can touch without anything else to say."""
 
 

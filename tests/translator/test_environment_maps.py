@@ -7,6 +7,7 @@ The directions are off the axes, so a mirrored picture does not pass.
 
 import math
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -200,14 +201,64 @@ def outcome(translated, write_picture, monkeypatch):
 
 
 def test_far_domes_become_maps(outcome):
-    """Beyond 50 times the extent of the scene; the deviation is told in degrees and below 1/50."""
-    kinds, report = outcome(dome("panoramic_map", 100))
-    assert kinds == ["ibldome"]
-    assert "ibl-lookup" in report.note
-    kinds, report = outcome(dome("panoramic_map", 10000))
+    """Where looking up by direction is off by less than 0.1 degree, which is told.
+
+    From a point at the distance e of the centre of the dome of radius R it is off by asin(e / R):
+    the far corner of the ball's box, (1, 5, 1), has e = 5.2.
+    """
+    for radius in (100, 2900):
+        kinds, report = outcome(dome("panoramic_map", radius))
+        assert kinds == ["ibldome"]
+        assert "ibl-lookup" in report.note
+    kinds, report = outcome(dome("panoramic_map", 3000))
     assert (kinds, report.outcome) == (["envmap"], "translated")
-    # extent: from the camera at 0 to the far corner of the ball's box, (2, 5, 2), that is 5.74
-    assert "at most 0.033 degrees off" in report.note
+    assert "at most 0.099 degrees off" in report.note
+
+
+@pytest.mark.parametrize("center", ["0 -800 0", "300 0 -741"])
+def test_domes_off_their_centre_stay(outcome, center):
+    """What counts is the distance from the dome's centre, not the size of the scene."""
+    text = dome("panoramic_map", 16005)
+    assert outcome(text)[0] == ["envmap"]
+    assert outcome(text.replace("sphere 0 0 0 16005", f"sphere {center} 16005"))[0] == ["ibldome"]
+
+
+def test_domes_over_infinite_planes_stay(outcome):
+    """The plane reaches the dome: what it reflects there is far off."""
+    floor = "OBJECT\nplane 0 -3 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+    assert outcome(floor + dome("panoramic_map", 16005))[0] == ["ibldome"]
+
+
+def test_meshes_count_where_a_hemisphere_is_the_dome(outcome, tmp_path):
+    """A far corner of a mesh is as far from the dome's centre as that of a ball."""
+    (tmp_path / "far.obj").write_text("v 0 0 0\nv 40 0 0\nv 0 0 40\nf 1 2 3\n")
+    mesh = "OBJECT\nobjfile far.obj\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+    text = dome("panoramic_map", 16005).replace("sphere 0 0 0 16005", "hemisphere 0 0 0 16005")
+    text = text.replace(BALL, "\n")
+    assert outcome(text)[0] == ["envmap"]
+    assert outcome(mesh + text)[0] == ["ibldome"]
+
+
+def test_rows_of_environment_maps_lie_from_pole_to_pole():
+    """Where the picture's rows meet, the map changes, to a sixth of its own row: 0.03 degrees.
+
+    A panorama of 101 rows has its rows' borders at 1.8 k degrees, by floor(100 v).
+    """
+    mi.set_variant("llvm_ad_rgb")
+    rows = np.arange(101, dtype=np.float32)
+    pixels = np.repeat(np.repeat(rows[:, None, None], 8, 1), 3, 2)
+    found = environment_maps.resample(pixels, "panoramic")
+    light = mi.load_dict({"type": "envmap", "bitmap": mi.Bitmap(found)})
+    borders = np.radians(1.8 * np.concatenate([np.arange(1, 9), np.arange(92, 100)]))
+    off = np.linspace(-0.5, 0.5, 501)
+    theta = np.float32(borders[:, None] + np.radians(off)).ravel()
+    si = dr.zeros(mi.SurfaceInteraction3f, len(theta))
+    si.wi = -mi.Vector3f(mi.Float(np.sin(theta)), mi.Float(np.cos(theta)), 0)
+    seen = np.array(light.eval(si))[0].reshape(len(borders), -1)
+    low, high = seen[:, :1], seen[:, -1:]
+    where = off[np.argmax(seen >= (low + high) / 2, axis=1)]
+    top, bottom = where[:8].mean(), where[8:].mean()
+    assert abs(top) < 0.03 and abs(bottom) < 0.03, (top, bottom)
 
 
 def test_domes_elsewhere_stay(outcome):
@@ -222,7 +273,7 @@ def test_infinity_light_passes(measure, view, agrees, outcome):
     sun = "OBJECT\ninfinity_light 0 -1 0\nemission 2 2 2\ncolor 0 0 0\nreflection diffuse\n\n"
     text = sun + dome("panoramic_map", 100)
     kinds, report = outcome(text)
-    assert (kinds, report.outcome) == (["envmap"], "approximated")
+    assert (kinds, report.outcome) == (["ibldome"], "translated")
     floor = "OBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
     text = view((1, 3, 0), (0, 0, 0)) + text.replace(BALL, "\n") + floor
     agrees(measure(text, spp=1024), 0.5 * 2 + 0.5 * 100 / 255)
@@ -272,7 +323,7 @@ def test_shadow_is_for_image_based_light_alone(translated, write_picture):
     plan = translated(CATCHER + dome("panoramic_map", 100)).plan
     assert {"shadowcatcher", "shadowcatching"} <= set(plan.plugins)
     translation = translated(CATCHER + "BACKGROUND\n1 1 1\n")
-    assert (translation.plan.integrator, translation.plan.plugins) == ("path", ())
+    assert translation.plan.plugins == ("surfacepath",)
     report = next(r for r in translation.document.lines.all if r.keyword == "shadow")
     assert report.outcome == "ignored"
 

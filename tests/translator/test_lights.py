@@ -165,7 +165,7 @@ FLAT = {
     # pi r² / (pi (r² + h²)), the nadir of a disk
     "disk": ("disk 0 2 0 1\nnormal 0 -1 0\n", 1 / (1 + H * H)),
     "disk, turned by its normal": ("disk 0 2 0 1\nnormal 0 1 0\nnormal -1\n", 1 / (1 + H * H)),
-    "disk, from behind": ("disk 0 2 0 1\nnormal 0 1 0\n", 0),
+    "disk, from behind": ("disk 0 2 0 1\nnormal 0 1 0\n", 1 / (1 + H * H)),
     "ring": ("disk2 0 2 0 1 0.5\nnormal 0 -1 0\n", 1 / (1 + H * H) - 0.25 / (0.25 + H * H)),
     "uvplane": ("uvplane -1 2 -1\nU 2 0 0\nV 0 0 2\n", SQUARE),
     "uvplane, from behind": ("uvplane -1 2 -1\nU 0 0 2\nV 2 0 0\n", 0),
@@ -183,7 +183,7 @@ FLAT = {
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("name", FLAT)
 def test_shapes_that_shine(floor, measure, agrees, tmp_path, name):
-    """Radiance rho F emission for each shape; finite planes and disks shine to one side alone.
+    """Radiance rho F emission for each shape; finite planes that are lamps shine to one side alone.
 
     The infinite plane is a finite square here, hundreds of times its height wide: 1e-4 is missing.
     """
@@ -239,3 +239,14 @@ def test_small_lamps_are_sampled_by_our_own_emitter(view, radius, kind):
     text = view((0, 0, 3), (0, 0, 1)) + f"OBJECT\nsphere 0 3 0 {radius}\nemission 1 1 1\n{LAMP}"
     scene = translate(read_text(text, environ={})).scene
     assert [e["emitter"]["type"] for e in scene.values() if "emitter" in e] == [kind]
+
+
+def test_spots_without_direction_and_with_wide_falloff(translated):
+    """They shine down, the manual's default, and fade from the axis on."""
+    spot = "OBJECT\nsphere 0 3 0 1\nemission 1 1 1\nspot_light 1\nspot_light_dir 0 0 0\n"
+    found = translated(spot + "spot_light_angle 20 30\n")
+    (light,) = (e for e in found.scene.values() if isinstance(e, dict) and "cutoff_angle" in e)
+    assert light["direction"] == [0, -1, 0]
+    assert (light["cutoff_angle"], light["falloff_angle"]) == (20, 20)
+    codes = {code for r in found.document.lines.all for code in r.codes}
+    assert {"spot-falloff-whole", "spot-direction-missing"} <= codes

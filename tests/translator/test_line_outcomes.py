@@ -4,12 +4,13 @@ import pytest
 
 from relume.translator import read, read_text, translate
 from relume.translator.diagnostics import SceneError
-from relume.translator.line_outcomes import DOCUMENT_ROWS, OBJECT_ROWS
+from relume.translator.line_outcomes import DOCUMENT_ROWS, MAPS, OBJECT_ROWS
 from relume.translator.outcome_rows import KINDS
 
 BALL = "OBJECT\nsphere 0 0 0 1\n"
 SSS = BALL + "reflection Subsurface_Scattering\n"
 FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n"
+DISK = "OBJECT\ndisk 0 0 0 1\nnormal 0 1 0\n"
 PANEL = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
 
 
@@ -114,8 +115,16 @@ CASES = [
     (BALL + "back 0\n", 3, "ignored", "without effect"),
     (BALL + "media_ignore_front_back 1\n", 3, "ignored", ""),
     (BALL + "blackhole_disk 1\n", 3, "unsupported", "relativity"),
-    (BALL + "disk_map 1\n", 3, "ignored", "no texture"),
-    (BALL + "background 1\n", 3, "unsupported", "lit"),
+    (BALL + "disk_map 1\n", 3, "ignored", "no disk"),
+    (DISK + "disk_map 1\n", 4, "ignored", "no texture"),
+    (BALL + "background 1\n", 3, "ignored", "only planes and disks"),
+    (PANEL + "background 1\n", 5, "translated", "background-object"),
+    (PANEL + "background 1\n\n" + SSS, 5, "approximated", "there is a medium"),
+    (DISK + "emission 1 1 1\n", 4, "translated", "disk-light"),
+    (PANEL + "emission 1 1 1\n", 5, "translated", ""),
+    (PANEL + "emission 1 1 1\ncolor 0 0 0.1\n", 5, "translated", "lit-uvplane"),
+    (PANEL + "emission 1 1 1\nreflection specular\n", 5, "translated", "lit-uvplane"),
+    *((BALL + f"{flag} 1\n", 3, "ignored", "neither texture") for flag in MAPS),
     (BALL + "shadow 1\n", 3, "ignored", "only planes"),
     (PANEL + "shadow 1\n", 5, "ignored", "no image-based light"),
     (BALL + "repeat 2\n", 3, "ignored", "no texture"),
@@ -130,6 +139,16 @@ CASES = [
     (BALL + "MATERIAL_SYMBOL\nApple\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_SCALE\n2\n", 3, "ignored", "no subsurface"),
     (BALL + "MATERIAL_R_MAX\n2\n", 3, "ignored", "no subsurface"),
+    ("CAMERA_MATRIX\ntranslate 1 0 0\nrotation 0 9 0\n", 1, "translated",
+     "camera-matrix-order"),
+    ("OBJECT\nhemisphere 0 0 0 1\n", 1, "approximated", "hemisphere-inside"),
+    (BALL + "scale 2 2 2\n", 1, "translated", "sphere-radius-scale"),
+    ("OBJECT\ninfinity_light 0 -2 0\nemission 1 1 1\n", 1, "translated", "infinity-shadow"),
+    (FOG + "BACKGROUND\n1 1 1\n", 1, "translated", "fog-sky"),
+    ("nextEventEstimation\n1\n\n" + BALL + "reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n", 1,
+     "translated", "ward-nee"),
+    *((BALL + f"reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n{field} 1 1 1\n", 5, "translated",
+       "ward-colour") for field in ("color", "specular")),
     (SSS, 3, "translated", "sss-dipole"),
     (SSS + "BSSRDF\n0\n", 3, "translated", "sss-simulation"),
     (FOG + "\n" + SSS, 9, "approximated", "simulated instead: there is a medium"),
@@ -140,7 +159,7 @@ CASES = [
     (SSS + "ABSORBING\n0\n1 1 1\n", 4, "translated", ""),
     (SSS + "PAHASE\n0\n", 4, "translated", ""),
     (SSS + "level\n-1\n", 4, "translated", ""),
-    (SSS + "level\n0\n", 4, "translated", "absorption alone"),
+    (SSS + "level\n0\n", 4, "translated", "level-0"),
     (SSS + "level\n3\n", 4, "approximated", "every order"),
     (SSS + "MATERIAL_SYMBOL\nChicken1\n", 4, "translated", "chicken"),
     (SSS + "PAHASE\n0\nMATERIAL_SYMBOL\nApple\n", 4, "ignored", "sets it anew"),
@@ -193,17 +212,17 @@ def test_outcomes(text, line, outcome, words):
 
 
 def test_every_row_applies_in_a_case():
-    """Each row of the tables is met by at least one of the cases, but for textures, which need
-    picture files and are tested with them."""
+    """Each row of the tables is met by at least one of the cases, but for pictures and meshes,
+    which need files and are tested with them."""
     documents = [read_text(text, environ={}) for text, *_ in CASES]
-    needs_pictures = {"texture", "disk_map"}
+    needs_files = {"texture", "ibl_texture", "repeat", *MAPS}
     for field, applies, code in DOCUMENT_ROWS:
         met = any(d.lines.is_set(field) and applies(d) for d in documents)
         assert met, (field, code)
     for field, applies, code in OBJECT_ROWS:
         blocks = [block for d in documents for block in d.objects]
         met = any(b.lines.is_set(field) and applies(b) for b in blocks)
-        assert met or field in needs_pictures, (field, code)
+        assert met or field in needs_files, (field, code)
 
 
 def test_a_value_line_shares_the_outcome_of_its_keyword():

@@ -123,7 +123,7 @@ def test_dispersion_chooses_the_variant(translated, dialect, variant):
     text = f"OBJECT\nsphere 0 0 0 1\n{COLORS}reflection reflection99\n"
     plan = translated(text, dialect).plan
     assert plan.variant == variant
-    assert ("dispersivepath" in plan.plugins) == ("spectral" in variant)
+    assert "surfacepath" in plan.plugins
 
 
 def ward(diffuse, specular, u=0.1, v=0.4):

@@ -107,8 +107,13 @@ def test_every_measured_material(name):
 )
 def test_the_last_line_wins(lines, expected):
     """Lines after `MATERIAL_SYMBOL` set their own anew (section 10.2)."""
-    table = dict(zip("sag", (MATERIALS["Coke"].sigma_s, MATERIALS["Coke"].sigma_a,
-                             MATERIALS["Coke"].g), strict=True))
+    table = dict(
+        zip(
+            "sag",
+            (MATERIALS["Coke"].sigma_s, MATERIALS["Coke"].sigma_a, MATERIALS["Coke"].g),
+            strict=True,
+        )
+    )
     found = scene(SSS + lines)["object_1"]
     *wanted, index = (table.get(x, x) if isinstance(x, str) else x for x in expected)
     for value, target in zip(coefficients(found["interior"]), wanted, strict=True):
@@ -116,18 +121,18 @@ def test_the_last_line_wins(lines, expected):
     assert found["bsdf"]["int_ior"] == index
 
 
-def test_order_zero_absorbs_alone():
-    """`level 0`: no scattering, so the extinction is the absorption."""
+def test_order_zero_takes_away_what_would_be_scattered():
+    """`level 0`: nothing scatters, but the extinction is that of scattering and absorption."""
     found = scene(SSS + "SCATTERING\n0\n5 5 5\nABSORBING\n0\n1 2 3\nlevel\n0\n")["object_1"]
     s, a, _ = coefficients(found["interior"])
-    assert np.all(s == 0) and a == pytest.approx([1, 2, 3])
+    assert np.all(s == 0) and a == pytest.approx([6, 7, 8])
 
 
 def test_without_coefficients_there_is_no_medium():
     """Both 0, or a scale of 0: the boundary alone."""
     for lines in ("", "MATERIAL_SYMBOL\nApple\nMATERIAL_SCALE\n0\n"):
         found = scene(SSS + lines)
-        assert "interior" not in found["object_1"] and found["integrator"]["type"] == "path"
+        assert "interior" not in found["object_1"] and found["integrator"]["type"] == "surfacepath"
 
 
 @pytest.mark.parametrize(
@@ -179,8 +184,11 @@ def test_search_radius(lines, factor):
 def test_the_environment_chooses_the_way():
     """`USE_BSSRDF` stands in for `BSSRDF`; a `level` line still counts."""
     text = BALL + "reflection Subsurface_Scattering\n"
-    for value, lines, dipole in (("0", "", False), ("1", "BSSRDF\n0\n", True),
-                                 ("0", "level\n-2\n", True)):
+    for value, lines, dipole in (
+        ("0", "", False),
+        ("1", "BSSRDF\n0\n", True),
+        ("0", "level\n-2\n", True),
+    ):
         document = read_text(text + lines, environ={"USE_BSSRDF": value})
         assert uses_dipole(document.objects[0]) == dipole
 
@@ -352,3 +360,80 @@ def test_a_session_knows_the_medium(view, load, chance, level):
         list(session.run())
     found = level([session.image().mean(axis=(0, 1)) for session in sessions])
     chance.equal(found, own, allowed=1e-5, precision=1e-2)
+
+
+# ---------------------------------- the camera inside ----------------------------------
+
+FILLED = (
+    "color 1 1 1\nreflection reflection\nrefractive_index 1.5\n"
+    "reflection Subsurface_Scattering\nBSSRDF\n0\nlevel\n0\nSCATTERING\n0\n0 0 0\n"
+    "ABSORBING\n{a}\n{a} {a} {a}\n\n"
+)
+SKY = "BACKGROUND\n1 1 1\n\n"
+CUBE_FILE = (
+    "".join(f"v {x} {y} {z}\n" for z in (-2, 2) for y in (-2, 2) for x in (-2, 2))
+    + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+)
+
+
+def from_inside(a, way=2.0, eta=1.5):
+    """Radiance towards a wall at the distance `way` of a clear cavity with the absorption a.
+
+    The sky of 1 enters with the factor eta² (1 - F); the rest of what is seen has crossed the
+    cavity of width 2 way after a reflection, and so on.
+    """
+    F = ((eta - 1) / (eta + 1)) ** 2
+    return eta**2 * (1 - F) * np.exp(-a * way) / (1 - F * np.exp(-2 * a * way))
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize(
+    "shape", ["sphere 0 0 20 2", "objfile cube.obj", "objfile parts.obj", "sphere 0 0 2 0.2"]
+)
+def test_the_camera_inside_an_object_is_in_its_medium(measure, view, agrees, tmp_path, shape):
+    """A filled ball, a mesh, one of two materials and a scaled ball, seen from their centres."""
+    (tmp_path / "cube.obj").write_text(CUBE_FILE)
+    half = CUBE_FILE.replace("f 1 3", "usemtl a\nf 1 3").replace("f 3 7", "usemtl b\nf 3 7")
+    (tmp_path / "parts.obj").write_text(half)
+    place = {"objfile": "translate 0 0 20\n\n", "sphere 0 0 2 0.2": "scale 10 10 10\n\n"}
+    moved = next((line for key, line in place.items() if shape.startswith(key)), "\n")
+    block = f"OBJECT\n{shape}\n" + FILLED.format(a=0.3).rstrip() + "\n" + moved
+    text = view((0, 0, 20), (0, 0, 0)) + SKY + block
+    agrees(measure(text, spp=1024), from_inside(0.3))
+
+
+@pytest.mark.parametrize(
+    ("camera", "absorption"),
+    [((0, 0, 0), 3.0), ((0, 0, 1.5), 2.0), ((0, 0, 3), None), ((0, 0, -9), None)],
+)
+def test_the_innermost_object_counts(camera, absorption):
+    """A filled ball in a larger one; clear glass in the larger one keeps what is around it."""
+    x, y, z = camera
+    text = f"CAMERA_POS\n{x} {y} {z}\n\nCAMERA_DIR\n0 0 -1\n\n" + "".join(
+        f"OBJECT\nsphere 0 0 0 {r}\n" + FILLED.format(a=a) for r, a in ((2, 2.0), (1, 3.0))
+    )
+    text += "OBJECT\nsphere 0 0 0 1.8\nreflection reflection\n\n"
+    found = scene(text)["sensor"].get("medium")
+    if absorption is None:
+        assert found is None
+    else:
+        assert coefficients(found)[1] == pytest.approx([absorption] * 3)
+
+
+def test_fog_ends_at_clear_glass_around_the_camera():
+    """Around a camera in a hollow ball there is no fog; beside it there is."""
+    for place, inside in (("0 0 0 1", False), ("9 0 0 1", True)):
+        text = f"\nOBJECT\nsphere {place}\nreflection reflection\n\n"
+        found = scene(fog((1, 1, 1)) + "\nCAMERA_POS\n0 0 0\n\nCAMERA_DIR\n0 0 -1\n" + text)
+        assert ("medium" in found["sensor"]) == inside
+
+
+@pytest.mark.parametrize("shape", ["sphere 0 0 0 2", "objfile cube.obj"])
+def test_the_dipole_is_simulated_around_the_camera(translated, tmp_path, shape):
+    (tmp_path / "cube.obj").write_text(CUBE_FILE)
+    for z, kind in ((0, "volpathmis"), (9, "dipole")):
+        text = f"CAMERA_POS\n0 0 {z}\n\nCAMERA_DIR\n0 0 -1\n\nOBJECT\n{shape}\n"
+        result = translated(text + "reflection Subsurface_Scattering\nMATERIAL_SYMBOL\nMarble\n")
+        assert result.plan.integrator == kind
+        noted = any("the camera is inside" in r.note for r in result.document.lines.all)
+        assert noted == (z == 0)

@@ -178,6 +178,21 @@ def test_map_kd(parts, write_picture):
     assert np.allclose(texels, np.array([100, 200, 50]) / 255 * [0.5, 0.25, 0.125])
 
 
+@pytest.mark.parametrize("shown", ["", "d 0.5\n"])
+def test_an_objects_texture_takes_precedence_over_map_kd(parts, write_picture, shown):
+    """Row texture-over-map: the object's own texel, not its colour times that of map_Kd; the
+    picture's alpha, not `d`, says where it is."""
+    write_picture("a.png", np.full((2, 2, 3), 200))
+    write_picture("b.png", np.full((2, 2, 3), 100))
+    lines = "reflection diffuse\ncolor 0.5 0.5 0.5\ntexture b.png\n"
+    (part,) = parts(MATERIAL + shown + "map_Kd a.png\n", lines)
+    bsdf = part["bsdf"]
+    assert bsdf["type"] == "twosided"
+    texels = np.asarray(bsdf["bsdf"]["reflectance"]["picture"].pixels)
+    np.testing.assert_allclose(texels, 100 / 255, rtol=1e-6)
+
+
+
 def test_missing_map_is_noted(translated, write):
     """A missing picture of an MTL file does not stop the scene; the object's colour stays."""
     write(f"{QUAD}usemtl m\n{FACE}", "newmtl m\nmap_Kd gone.png\nmap_Bump lost.png\n")
@@ -230,13 +245,17 @@ MIRRORING = "scale -1 1 1\n"
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("smooth", [False, True])
 def test_normals(load, write, reader, turned, mirrored, smooth):
-    """normal -1 turns flat and interpolated normals round, a mirroring scale only reflects them."""
+    """normal -1 turns normals round, a mirroring scale only reflects them.
+
+    Faces are shaded with the normals of the file, which are the same at all corners here, whether
+    they are smooth or not.
+    """
     write(SLOPED if reader == "stock" else "usemtl m\n" + SLOPED)
     lines = "reflection diffuse\n" + f"smooth {int(smooth)}\n"
     lines += MIRRORING * mirrored + "normal -1\n" * turned
     scene = load(OBJECT + lines)
     si = scene.ray_intersect(mi.Ray3f(mi.Point3f(0.3, 0.2, 9), mi.Vector3f(0, 0, -1)))
-    expected = np.array([0.6 if not mirrored else -0.6, 0, 0.8]) if smooth else np.array([0, 0, 1])
+    expected = np.array([0.6 if not mirrored else -0.6, 0, 0.8])
     sign = -1 if turned else 1
     assert np.allclose(np.array(si.sh_frame.n).ravel(), sign * expected, atol=1e-5)
     assert np.allclose(np.array(si.n).ravel(), [0, 0, sign], atol=1e-5)
@@ -251,8 +270,8 @@ def test_transforms(translated, write):
     assert np.allclose(mesh.vertices, [[1, -2, 5], [1, 2, 5], [-1, 2, 5], [-1, -2, 5]])
 
 
-def torus(rows=24, columns=40):
-    """OBJ text of a torus of triangles with texture coordinates and normals."""
+def torus(rows=24, columns=40, normals=True):
+    """OBJ text of a torus of triangles with texture coordinates, and with normals."""
     lines = []
     for i in range(rows):
         for j in range(columns):
@@ -260,21 +279,25 @@ def torus(rows=24, columns=40):
             n = math.cos(a) * math.cos(b), math.sin(a), math.cos(a) * math.sin(b)
             p = [math.cos(b) + 0.4 * n[0], 0.4 * n[1], math.sin(b) + 0.4 * n[2]]
             lines.append("v {:.6f} {:.6f} {:.6f}".format(*p))
-            lines.append("vn {:.6f} {:.6f} {:.6f}".format(*n))
+            if normals:
+                lines.append("vn {:.6f} {:.6f} {:.6f}".format(*n))
             lines.append(f"vt {j / columns:.6f} {i / rows:.6f}")
     for i in range(rows):
         for j in range(columns):
             k, m = i, (i + 1) % rows
             f, g = j, (j + 1) % columns
             quad = [r * columns + c + 1 for r, c in ((k, f), (m, f), (m, g), (k, g))]
+            form = "{0}/{0}/{0}" if normals else "{0}/{0}"
             for corners in (quad[:3], [quad[0], *quad[2:]]):
-                lines.append("f " + " ".join(f"{x}/{x}/{x}" for x in corners))
+                lines.append("f " + " ".join(form.format(x) for x in corners))
     return "\n".join(lines) + "\n"
 
 
 @pytest.mark.parametrize("smooth", [0, 1])
 def test_both_readers_give_one_picture(load, view, write, translated, write_picture, smooth):
     """A plain file takes Mitsuba's reader, the same with `usemtl` our own: equal pictures.
+
+    Flat faces have no normals in the file: those would shade them.
 
     The same paths are traced; a ray in ten thousand may take the other side of an edge, where the
     two readers round a vertex differently.
@@ -284,7 +307,7 @@ def test_both_readers_give_one_picture(load, view, write, translated, write_pict
     text += f"reflection diffuse\ntexture a.png\nsmooth {smooth}\nscale 1 1.2 0.9\n"
     pictures, kinds = [], []
     for head in ("", "usemtl none\n"):
-        write(head + torus())
+        write(head + torus(normals=smooth == 1))
         kinds += [e["type"] for e in translated(text).scene.values() if isinstance(e, dict)]
         pictures.append(np.array(mi.render(load(text), spp=16, seed=1)))
     assert "obj" in kinds

@@ -251,9 +251,9 @@ def test_misspellings_name_the_nearest_word(text, line, meant):
 def test_all_errors_in_one_run():
     """Every error of a file with its line, column and kind, in the order of the lines."""
     text = (
-        "IMAGE\n0 48\nDEPTH\n1 2\nSCREEN\n30 30\nCAMERA_DIR\n0 0 0\nSAMPLNG\n8\n\n"
+        "IMAGE\n0 48\nDEPTH\n1 2\nSCREEN\n30 30\nCAMERA_DIR\n0 0 1e-200\nSAMPLNG\n8\n\n"
         "OBJECT\nsphere 0 0 0\ncolor 1 1 -1\nemission 1 1 1/0\nreflection glass2\n\n"
-        "OBJECT\nsphere 0 0 0 1\nMATERIAL_SYMBOL\nBetchup\nspot_light 1\nspot_light_angle 10 20\n"
+        "OBJECT\nsphere 0 0 0 1\nMATERIAL_SYMBOL\nBetchup\nspot_light 1\nspot_light_angle 100 20\n"
     )
     assert [(line, column, kind) for line, column, kind, _ in errors(text)] == [
         (2, 1, "range"), (4, 3, "syntax"), (6, 6, "syntax"), (8, 1, "value"), (9, 1, "keyword"),

@@ -183,27 +183,3 @@ def test_meshes_are_moved_too(offset, tmp_path):
     box = mi.load_dict(translation.dictionary()).bbox()
     assert np.abs([*box.min, *box.max]).max() < 2 * SIZE
     assert max(box.extents()) > SIZE / 20
-
-
-def plane_note(objects, camera="0 1 9"):
-    """What the report says of an infinite plane among objects."""
-    text = f"CAMERA_POS\n{camera}\nTARGET_POS\n0 0 0\n\nOBJECT\nplane 0 0 0\nnormal 0 1 0\n"
-    document = translate(read_text(f"{text}color 1 1 1\n\n{objects}", environ={})).document
-    return next(r.note for r in document.lines.all if "infinite plane" in r.note)
-
-
-def test_planes_reach_their_surroundings_but_stay_fine():
-    """A hollow sphere of radius 5e3 around a ball: the plane reaches its wall, which takes a side
-    of 1e4, and is not a hundred times as wide and as coarse."""
-    ball = "OBJECT\nsphere 0 1 0 1\ncolor 1 1 1\nreflection diffuse\n\n"
-    note = plane_note(ball + "OBJECT\nsphere 0 0 0 5e3\nemission 1 1 1\nreflection diffuse\n")
-    assert 2e4 < float(note.partition("side ")[2].partition(";")[0]) < 4e4
-    assert "below the horizon" not in plane_note(ball)
-
-
-def test_where_planes_end_is_told():
-    """A camera high above all objects sees past the edge; one that is low over a wide scene sees
-    points where rounding puts them."""
-    assert "whose edge lies 0.6 degrees below the horizon" in plane_note("")
-    lamp = "OBJECT\nuvplane 0 1e6 0\nU 1 0 0\nV 0 0 1\nemission 1 1 1\nreflection diffuse\n"
-    assert "single precision: points on it are off by up to" in plane_note(lamp)

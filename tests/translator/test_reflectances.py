@@ -99,16 +99,208 @@ def test_hemisphere(load, pixels):
     compare(scene, pixels, n * 3, -n, u, np.arccos(n[:, 2]) / np.pi)
 
 
-def test_disk(load, pixels):
-    """u and v are coordinates along two tangents, 0 at the centre and 1 at the rim; others wrap.
+DISKS = {
+    # n.x is 0: X x n, and n x (X x n)
+    "+Z": ((0, 0, 1), "", (0, -1, 0), (1, 0, 0)),
+    "-Z": ((0, 0, -1), "", (0, 1, 0), (1, 0, 0)),
+    "+Y": ((0, 1, 0), "", (0, 0, 1), (1, 0, 0)),
+    "in YZ": ((0, 0.6, 0.8), "", (0, -0.8, 0.6), (1, 0, 0)),
+    # else Y x n
+    "+X": ((1, 0, 0), "", (0, 0, -1), (0, 1, 0)),
+    "oblique": ((0.6, 0, 0.8), "", (0.8, 0, -0.6), (0, 1, 0)),
+    "near +Y": ((0.28, 0.96, 0), "", (0, 0, -1), (-0.96, 0.28, 0)),
+    # a turn about the normal does not turn the picture; the turned normal decides
+    "+Z, turned about itself": ((0, 0, 1), "rotation 0 0 30\n", (0, -1, 0), (1, 0, 0)),
+    "+Z, turned to +X": ((0, 0, 1), "rotation 0 90 0\n", (0, 0, -1), (0, 1, 0)),
+    "+Z, twice as large": ((0, 0, 1), "scale 2 2 2\n", (0, -1, 0), (1, 0, 0)),
+}
+"""Normal, transformation, and the directions of u and v in the world."""
 
-    For the normal +Z the tangents are +X and +Y.
-    """
-    scene = load(f"OBJECT\ndisk 1 1 0 2\nnormal 0 0 1\n{TEXTURE}")
+
+@pytest.mark.parametrize("name", DISKS)
+def test_disk(load, pixels, name):
+    """u and v are coordinates along two tangents, 0 at the centre and 1 at the rim; others wrap."""
+    normal, lines, along_u, along_v = DISKS[name]
+    size = 4 if "scale" in lines else 2
+    text = " ".join(map(str, normal))
+    scene = load(f"OBJECT\ndisk 0 0 0 2\nnormal {text}\n{TEXTURE}{lines}")
     r, phi = np.random.default_rng(4).random((2, 2000))
     u, v = np.sqrt(r) * 0.99 * np.stack([np.cos(2 * np.pi * phi), np.sin(2 * np.pi * phi)])
-    points = np.stack([1 + 2 * u, 1 + 2 * v, np.ones(2000)], axis=1)
-    compare(scene, pixels, points, np.tile([0.0, 0, -1], (2000, 1)), u, v)
+    n = np.cross(along_u, along_v)
+    points = size * (np.outer(u, along_u) + np.outer(v, along_v)) + n
+    compare(scene, pixels, points, np.tile(-n, (2000, 1)), u, v)
+
+
+@pytest.mark.parametrize(("shape", "hole"), [("disk 0 0 0 2", 0), ("disk2 0 0 0 2 0.6", 0.6)])
+def test_picture_that_a_disk_shines_with(load, pixels, shape, hole):
+    """`ibl_texture` lies on a disk as its texture does, and shines on both sides."""
+    scene = load(f"OBJECT\n{shape}\nnormal 0 0 1\nibl_texture random.png\nibl_texture_coef 3\n")
+    r, phi = np.random.default_rng(8).random((2, 2000))
+    r = 2 * np.sqrt(r)
+    kept = (r > 1.02 * hole) & (r < 1.98)
+    x, y = (r * np.stack([np.cos(2 * np.pi * phi), np.sin(2 * np.pi * phi)]))[:, kept]
+    expected, clear = texel(pixels, -y / 2, x / 2)
+    for side in (1, -1):
+        points = np.stack([x, y, np.full(len(x), side)])
+        si = scene.ray_intersect(mi.Ray3f(mi.Point3f(points), mi.Vector3f(0, 0, -side)))
+        found = np.array(si.emitter(scene).eval(si)).T
+        assert np.allclose(found[clear], 3 * expected[clear], atol=1e-4)
+
+
+@pytest.mark.parametrize("flag", ["", "ibl_"])
+@pytest.mark.parametrize("sides", [(2, 1.5), (0.5, 0.8)])
+def test_tiles_of_a_uvplane(load, pixels, sides, flag):
+    """Dialect `prender`: the plane has squared edges, and a picture to each length of U and V."""
+    a, b = sides
+    line = TEXTURE.replace("texture ", flag + "texture ")
+    scene = load(f"OBJECT\nuvplane 1 2 3\nU {a} 0 0\nV 0 0 {-b}\n{line}", "prender")
+    s, t = np.random.default_rng(9).random((2, 2000))
+    points = np.stack([1 + a * a * s, np.full(2000, 4.0), 3 - b * b * t], axis=1)
+    down = np.tile([0.0, -1, 0], (2000, 1))
+    if not flag:
+        compare(scene, pixels, points, down, a * s, b * t)
+        return
+    si = scene.ray_intersect(mi.Ray3f(mi.Point3f(points.T), mi.Vector3f(down.T)))
+    expected, clear = texel(pixels, a * s, b * t)
+    found = np.array(si.emitter(scene).eval(si)).T
+    assert np.allclose(found[clear], expected[clear], atol=1e-5)
+
+
+def test_tiles_under_a_scale(load, pixels):
+    """A scale scales them, too: their number is that of the lengths as they are written."""
+    scene = load(f"OBJECT\nuvplane 0 0 0\nU 2 0 0\nV 0 1 0\n{TEXTURE}scale 3 1 1\n", "prender")
+    s, t = np.random.default_rng(10).random((2, 2000))
+    points = np.stack([12 * s, t, np.ones(2000)], axis=1)
+    compare(scene, pixels, points, np.tile([0.0, 0, -1], (2000, 1)), 2 * s, t)
+
+
+def test_tiles_of_a_slanted_uvplane(load, pixels):
+    """Dialect `prender`: a point belongs to the plane, and finds its texel, by its distances from
+    the corner along U and V, whatever the angle between them."""
+    scene = load(f"OBJECT\nuvplane 0 0 0\nU 2 0 0\nV 0.9 1.2 0\n{TEXTURE}", "prender")
+    p = np.random.default_rng(11).random((4000, 2)) * [6, 6] - [2, 1]
+    along_u, along_v = p[:, 0], p @ [0.6, 0.8]
+    edge = np.minimum.reduce([along_u, 4 - along_u, along_v, 2.25 - along_v])
+    p, u, v = (x[np.abs(edge) > 1e-3] for x in (p, along_u / 2, along_v / 1.5))
+    inside = edge[np.abs(edge) > 1e-3] > 0
+    points = np.column_stack([p, np.ones(len(p))])
+    si = scene.ray_intersect(mi.Ray3f(mi.Point3f(points.T), mi.Vector3f(0, 0, -1)))
+    assert np.array_equal(np.array(si.is_valid()), inside)
+    down = np.tile([0.0, 0, -1], (inside.sum(), 1))
+    compare(scene, pixels, points[inside], down, u[inside], v[inside])
+
+
+def light_probe(n, front):
+    """u and v of a light probe whose centre is the direction front * Z."""
+    x, y, z = n.T
+    rho = np.arccos(np.clip(front * z, -1, 1)) / (np.pi * np.hypot(x, y))
+    return (1 + x * rho) / 2, (1 + y * rho) / 2
+
+
+MAPS = {
+    "hemisphere": lambda n: ((1 + n[:, 2]) / 2, (1 + n[:, 0]) / 2),
+    "panoramic": lambda n: (
+        (1 + np.arctan2(n[:, 0], -n[:, 2]) / np.pi) / 2, 1 - np.arccos(n[:, 1]) / np.pi
+    ),
+    "equirectangular": lambda n: (
+        (np.arctan2(n[:, 2], n[:, 0]) + np.pi) / (2 * np.pi), 0.5 - np.arcsin(n[:, 1]) / np.pi
+    ),
+    "angular": lambda n: light_probe(n, -1),
+    "angular, prender": lambda n: light_probe(n, 1),
+}  # fmt: skip
+"""The formulas of section 11.5."""
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_maps_of_a_sphere(load, pixels, name):
+    """The flags act on `texture`; neither the place of the sphere nor a rotation matters."""
+    flag, _, dialect = name.partition(", ")
+    move = "rotation 0 0 90\ntranslate 2 0 0\n"
+    text = f"OBJECT\nsphere 0 0 0 2\n{TEXTURE}{flag}_map 1\n{move}"
+    scene = load(text, dialect or "manual")
+    n = directions()
+    compare(scene, pixels, n * 3 + [2, 0, 0], -n, *MAPS[name](n))
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_maps_of_a_hemisphere(load, pixels, name):
+    """u is doubled, as without a flag, but for `hemisphere_map`: it shows the dome from above."""
+    flag, _, dialect = name.partition(", ")
+    scene = load(f"OBJECT\nhemisphere 0 0 0 2\n{TEXTURE}{flag}_map 1\n", dialect or "manual")
+    n = directions()
+    n[:, 1] = np.abs(n[:, 1])
+    n = n[(n[:, 1] < 0.99) & (n[:, 1] > 0.05)]
+    u, v = MAPS[name](n)
+    compare(scene, pixels, n * 3, -n, u if flag == "hemisphere" else 2 * u, v)
+
+
+def test_the_first_flag_counts(load, pixels):
+    """hemisphere before panoramic before angular before equirectangular."""
+    order = ["equirectangular", "angular", "panoramic", "hemisphere"]
+    n = directions()
+    for count in range(1, 5):
+        lines = "".join(f"{flag}_map 1\n" for flag in order[:count])
+        scene = load(f"OBJECT\nsphere 0 0 0 2\n{TEXTURE}{lines}")
+        compare(scene, pixels, n * 3, -n, *MAPS[order[count - 1]](n))
+
+
+def test_repeat_of_a_map(load, pixels):
+    """`repeat` multiplies u and v of a map; `hemisphere_map` finds its texel without them."""
+    n = directions()
+    for flag, repeat in (("panoramic", 2), ("hemisphere", 1)):
+        scene = load(f"OBJECT\nsphere 0 0 0 2\n{TEXTURE}{flag}_map 1\nrepeat 2\n")
+        compare(scene, pixels, n * 3, -n, *MAPS[flag](n), repeat)
+
+
+def test_a_map_of_an_ellipsoid(load, pixels):
+    """The picture is stretched with the sphere."""
+    scene = load(f"OBJECT\nsphere 0 0 0 2\n{TEXTURE}panoramic_map 1\nscale 1 3 1\n")
+    n = directions()
+    n = n[np.abs(n[:, 1]) < 0.9]
+    compare(scene, pixels, n * [2.5, 7.5, 2.5], -n * [1, 3, 1], *MAPS["panoramic"](n))
+
+
+@pytest.mark.parametrize(("mtl", "repeat"), [(None, 1), ("", 1), ("#REPEAT 3\n", 3)])
+def test_repeat_on_meshes(load, pixels, tmp_path, mtl, repeat):
+    """An object's `repeat` has no effect on a mesh; `#REPEAT` of a material has."""
+    text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    head = "" if mtl is None else "mtllib m.mtl\nusemtl paint\n"
+    (tmp_path / "m.mtl").write_text(f"newmtl paint\nmap_Kd random.png\n{mtl}")
+    (tmp_path / "quad.obj").write_text(f"{head}{text}f 1/1 2/2 3/3 4/4\n")
+    lines = TEXTURE if mtl is None else "color 1 1 1\nreflection diffuse\n"
+    scene = load(f"OBJECT\nobjfile quad.obj\n{lines}repeat 2\n")
+    s, t = np.random.default_rng(12).random((2, 2000))
+    points = np.stack([2 * s, 2 * t, np.ones(2000)], axis=1)
+    down = np.tile([0.0, 0, -1], (2000, 1))
+    compare(scene, pixels, points, down, s, t, repeat)
+
+
+@pytest.mark.parametrize("shape", ["disk 0 0 0 2", "disk2 0 0 0 2 0.5"])
+def test_disk_map(load, pixels, write_picture, shape):
+    """A disk with `disk_map` is what its picture covers: a square of side R around the centre,
+    columns along v and rows along u; it shines with the emission and reflects nothing.
+
+    The first column and the lowest row are twice as wide: the texel is rounded towards 0.
+    """
+    alpha = np.where(np.arange(W) < W - 2, 255, 0) * np.ones((H, 1))
+    write_picture("random.png", np.dstack([pixels, alpha]))
+    scene = load(f"OBJECT\n{shape}\nnormal 0 0 1\n{TEXTURE}disk_map 1\nemission 1 2 3\n")
+    x, y = np.random.default_rng(13).random((2, 4000)) * 3 - 1.5
+    # u = -y / 2 and v = x / 2, by the normal +Z
+    column, row = W * (0.5 + x / 2), H * (0.5 - y / 2)
+    shown = (column > -1) & (column < W - 2) & (row > -1) & (row < H)
+    clear = np.minimum.reduce([np.abs(column + 1), np.abs(column - W + 2), np.abs(row + 1),
+                               np.abs(row - H)]) > 0.02  # fmt: skip
+    hits = np.hypot(x, y) > (0.51 if "disk2" in shape else 0)
+    kept = clear & hits & (np.hypot(x, y) < 1.9)
+    points = np.stack([x, y, np.ones(4000)])[:, kept]
+    si = scene.ray_intersect(mi.Ray3f(mi.Point3f(points), mi.Vector3f(0, 0, -1)))
+    assert np.all(np.array(si.is_valid()))
+    radiance = np.array(si.emitter(scene).eval(si)).T
+    assert np.allclose(radiance, np.outer(shown[kept], [1, 2, 3]))
+    opacity = 1 - np.array(si.bsdf().eval_null_transmission(si))[0]
+    assert np.array_equal(opacity, shown[kept])
+    assert np.all(np.array(si.bsdf().eval(mi.BSDFContext(), si, si.wi)) == 0)
 
 
 @pytest.mark.parametrize("stock", [True, False])

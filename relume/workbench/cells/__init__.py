@@ -23,10 +23,13 @@ from __future__ import annotations
 from relume.workbench.cells import (
     beams,
     chains,
+    converted,
     domes,
     glass,
     glossy,
     lamps,
+    objects,
+    seethrough,
     sizes,
     surroundings,
     translucency,
@@ -45,8 +48,11 @@ THEMES = (
     glossy,
     surroundings,
     translucency,
+    objects,
     volumes,
     walks,
+    seethrough,
+    converted,
 )
 """Modules of families, in the order of the report."""
 

@@ -56,6 +56,22 @@ def floor_under_a_white_dome(radius: float) -> Case:
     )
 
 
+ROWS_SEEN = (16, 18, 24, 28, 30)
+
+
+@family("row of the picture that is seen, of 32 from the bottom", ROWS_SEEN, "ibldome")
+def dome_off_its_centre(row: int) -> Case:
+    """A dome is looked up by hit point: with its centre the height h below the camera the horizon
+    shows the row v = 1 - arccos(h / R) / pi of the panorama, here the middle of one."""
+    height = 16005 * math.cos(math.pi * (1 - (row + 0.5) / (HEIGHT - 1)))
+    rows = np.arange(HEIGHT, dtype=float)[::-1]
+    pixels = np.broadcast_to(rows[:, None, None], (HEIGHT, WIDTH, 3))
+    shining = sphere((0, -height, 0), 16005, "ibl_texture sky.exr", "panoramic_map 1", *diffuse(0))
+    ball = sphere((0, 0, 9), 1, *diffuse(0))
+    scene = text(ball, shining, camera=(0, 0, 0), target=(0, 0, -1), angle=0.1)
+    return Case(scene, float(row), files={"sky.exr": pixels})
+
+
 def bright_texel(row: int, ratio: float) -> Case:
     """A floor under a near dome, one of whose texels is brighter than the others."""
     expected = 0.5 / math.pi * (math.pi + (ratio - 1) * texel_irradiance(row))

@@ -22,7 +22,7 @@ class Case:
         expected: mean radiance of the picture, one number or one for each channel.
         scale: radiance in units of which errors are given; by default that expected. It must be
             given where that is 0.
-        files: pictures that the scene names, by file name: linear, (height, width, 3).
+        files: what the scene names, by file name: linear pictures, (height, width, 3), and texts.
         spp: samples of a pixel in one run.
         variant: Mitsuba variant of a dictionary.
         options: how a text or a document is translated.
@@ -31,7 +31,7 @@ class Case:
     scene: str | Document | dict[str, Any]
     expected: float | Sequence[float]
     scale: float | None = None
-    files: Mapping[str, np.ndarray] = field(default_factory=dict)
+    files: Mapping[str, np.ndarray | str] = field(default_factory=dict)
     spp: int = 64
     variant: str = "llvm_ad_rgb"
     options: RenderOptions = field(default_factory=RenderOptions)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-PATHS = ("path", "volpath", "dispersivepath")
+PATHS = ("surfacepath", "path", "volpath")
 """Integrators that must agree on every scene without media."""
 
 SIDE = 16

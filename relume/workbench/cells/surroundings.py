@@ -95,3 +95,24 @@ def sealed_box_by_place(offset: float) -> Case:
     camera = (offset, offset, offset + 0.5)
     scene = text(*walls, camera=camera, target=here, angle=60, BACKGROUND=WHITE_SKY)
     return Case(scene, 0.0, scale=1.0)
+
+
+@family("height of the camera over the size of the scene", (1e-4, 1e-2, 1, 100, 1e4), *PATHS)
+def planes_at_the_horizon(height: float) -> Case:
+    """A floor and a ceiling of radiance 1, seen from between them, leave no gap at the horizon."""
+    floor = plane((0, 0, 0), (0, 1, 0), emission(1), *diffuse(0))
+    ceiling = plane((0, 2 * height, 0), (0, -1, 0), emission(1), *diffuse(0))
+    size = sphere((0, 0.5, 9), 0.5, *diffuse(0))
+    scene = text(floor, ceiling, size, camera=(0, height, 0), target=(0, height, -1), angle=1)
+    return Case(scene, 1.0)
+
+
+@family("lean of the plane [degree]", (0, 10, 45, 80), *PATHS)
+def half_of_the_view(lean: float) -> Case:
+    """A plane of radiance 1 through the foot of the camera fills half of what it sees."""
+    normal = (math.sin(math.radians(lean)), math.cos(math.radians(lean)), 0)
+    floor = plane((0, 0, 0), normal, emission(1), *diffuse(0))
+    foot = 1 / math.cos(math.radians(lean))
+    size = sphere((0, 0.5, 9), 0.5, *diffuse(0))
+    scene = text(floor, size, camera=(0, foot, 0), target=(0, foot, -1), angle=10)
+    return Case(scene, 0.5, spp=1024)

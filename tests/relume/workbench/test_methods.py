@@ -44,11 +44,23 @@ def names(stage):
 
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
-    assert names(staged()) == ["path", "volpath", *SURFACE_CHAINS]
-    assert names(staged(objects=GLASS_BALL)) == ["path", "volpath", "dielectric", *SURFACE_CHAINS]
-    assert names(staged(objects=PRISM)) == ["path", "volpath", "dispersivepath", *SURFACE_CHAINS]
+    assert names(staged()) == ["surfacepath", "path", "volpath", *SURFACE_CHAINS]
+    assert names(staged(objects=GLASS_BALL)) == [
+        "surfacepath",
+        "path",
+        "volpath",
+        "dielectric",
+        *SURFACE_CHAINS,
+    ]
+    assert names(staged(objects=PRISM)) == [
+        "surfacepath",
+        "path",
+        "volpath",
+        "dispersivepath",
+        *SURFACE_CHAINS,
+    ]
     cut = [name for name in SURFACE_CHAINS if name != "pssmlt-direct"]
-    assert names(staged("luminance_cutoff\n0.5")) == ["path", "volpath", *cut]
+    assert names(staged("luminance_cutoff\n0.5")) == ["surfacepath", "path", "volpath", *cut]
     fog = {"integrator": {"type": "volpath"}, "box": {"interior": {"type": "homogeneous"}}}
     stage = staged()
     foggy = dataclasses.replace(stage.translation, scene=stage.translation.scene | fog)
@@ -89,7 +101,10 @@ def test_wrappers_stay_around_another_method(staged):
     """`luminance_cutoff` wraps the integrator: any method must stay inside."""
     stage = staged("luminance_cutoff\n0.5")
     planned = stage.translation.scene["integrator"]
-    assert planned["type"] == "samplescale" and methods.planned(stage.translation).name == "path"
+    assert (
+        planned["type"] == "samplescale"
+        and methods.planned(stage.translation).name == "surfacepath"
+    )
     with variant_and_threads(stage.translation):
         made = stage.translated(methods.find("volpath")).scene["integrator"]
     assert made["type"] == "samplescale"
@@ -104,7 +119,7 @@ def test_chains_go_around_the_wrappers(staged):
         made = stage.translated(methods.find("pssmlt-lux")).scene["integrator"]
     assert made["type"] == "pssmlt" and made["mutation"] == "lux"
     assert made["paths"]["type"] == "samplescale"
-    assert made["paths"]["integrator"]["type"] == "dispersivepath"
+    assert made["paths"]["integrator"]["type"] == "surfacepath"
     stage = staged("metropolisTransport\n1\nsensor_response\n2")
     planned = methods.planned(stage.translation)
     assert planned.name == "pssmlt"

@@ -126,7 +126,7 @@ def test_cells_have_names_and_answers_of_their_own():
 @pytest.mark.parametrize(
     "method, pattern",
     [("path", "shining box by size/1"), ("volpath", "grey ball/0.001"),
-     ("dispersivepath", "lit floor by size/1000")],
+     ("surfacepath", "lit floor by size/1000")],
 )  # fmt: skip
 def test_a_cell_is_exact(method, pattern, chance):
     """Ordinary inputs."""
