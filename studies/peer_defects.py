@@ -57,6 +57,8 @@ DEFECTS = (
 ELSEWHERE = (
     ("several-lights", "several lamps are averaged under next event estimation, not added",
      "two equal lamps light a floor as one does: 0.5"),
+    ("glass-nee", "under next event estimation lamps seen in glass count without Fresnel's weights",
+     "[`area`](references.md), a ball under a lamp 400 x 400: blocks of 0.4 to 2.25"),
     ("roulette", "survivors of roulette are weighted wrongly after DEPTH bounces",
      "[a Cornell box](references.md) at DEPTH 8: 0.99"),
     ("ward-colour", "a colour below `ward_brdf` is not scaled by its weights",

@@ -72,6 +72,8 @@ DIFFERENCES = {
         Difference("phong-cosine", "8.6", "f is the BRDF", "weight without the cosine", "never"),
         Difference("glass-colour", "8.4", "`color` tints both", "`color` tints both", "same"),
         Difference("glass-fresnel", "8.4", "Schlick", "Schlick, angle on the outer side", "same"),
+        Difference("glass-nee", "8.4", "weighed by Fresnel's term",
+                   "lamps seen in glass count in full under next event estimation", "never"),
         Difference("dispersion-rgb", "8.7", "index by wavelength", "one index, at 589.3 nm",
                    "switch"),
         Difference("no-reflection-line", "8.1", "diffuse", "mirror", "never"),

@@ -62,7 +62,8 @@ DOCUMENT_ROWS: tuple[Row, ...] = (
     ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "relativity"),
     ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "relativity"),
     ("camera_matrix", lambda d: bends_view(d), "camera-matrix-order"),
-    ("next_event_estimation", lambda d: has_ward(d), "ward-nee"),
+    ("next_event_estimation", lambda d: has_kind(d, "ward"), "ward-nee"),
+    ("next_event_estimation", lambda d: has_kind(d, "glass"), "glass-nee"),
     ("participating_media", lambda d: d.participating_media and shows_sky(d), "fog-sky"),
     ("next_event_estimation", always, "lights-always-sampled"),
     ("depth", always, "roulette-depth"),
@@ -83,10 +84,10 @@ def bends_view(document: Document) -> bool:
     return "translate" in kinds[:-1]
 
 
-def has_ward(document: Document) -> bool:
-    """Whether a surface has Ward's reflection under next event estimation."""
+def has_kind(document: Document, kind: str) -> bool:
+    """Whether there is a surface of a kind, under next event estimation."""
     kinds = [block.reflection.kind for block in document.objects]
-    return document.next_event_estimation and "ward" in kinds
+    return document.next_event_estimation and kind in kinds
 
 
 def shows_sky(document: Document) -> bool:

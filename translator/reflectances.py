@@ -206,7 +206,7 @@ def load_texture(
     return Texture(np.ascontiguousarray(rgb), alpha, scale, offset, spectral, clamp, map)
 
 
-def cut_out(path: str | Path | None, spectral: bool) -> Texture:
+def cut_out(path: str | Path, spectral: bool) -> Texture:
     """The `Texture` of a picture that is cut out: transparent and black outside.
 
     Unlike those of `load_texture` it has all texels: the column is w u, rounded towards 0, so that

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relume.translator import environment_maps, geometry, lights
+from relume.translator.assets import existing
 from relume.translator.materials import Reflectances, plain_reflectances
 from relume.translator.objects import SceneObject
 from relume.translator.reflectances import SphereMap, cut_out, load_texture
@@ -27,7 +28,7 @@ def cut_out_disk(scene: PlacedScene, name: str, index: int, block: SceneObject) 
     shape = scene.shapes.shape(index, block)
     mesh = shape["mesh"]
     shape["mesh"] = replace(mesh, uv=mesh.uv[:, ::-1] + 0.5)
-    picture = cut_out(scene.find(block.disk_picture), scene.spectral)
+    picture = cut_out(existing(scene.find, block.disk_picture), scene.spectral)
     assert picture.alpha is not None
     # Lamps shine as far as their mask is opaque; that of what is cut off must not.
     shown = (picture.alpha > 0)[..., None].astype(np.float32)

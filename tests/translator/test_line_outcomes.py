@@ -147,6 +147,8 @@ CASES = [
     (FOG + "BACKGROUND\n1 1 1\n", 1, "translated", "fog-sky"),
     ("nextEventEstimation\n1\n\n" + BALL + "reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n", 1,
      "translated", "ward-nee"),
+    ("nextEventEstimation\n1\n\n" + BALL + "reflection reflection\n", 1, "translated",
+     "glass-nee"),
     *((BALL + f"reflection ward_brdf\nward_brdf 1 1 0.1 0.1\n{field} 1 1 1\n", 5, "translated",
        "ward-colour") for field in ("color", "specular")),
     (SSS, 3, "translated", "sss-dipole"),
