@@ -22,6 +22,7 @@ class Piped(Console):
             super().print(*objects, **settings)
         lines = printed.get().split("\n")
         self.file.write("\n".join(line.rstrip() for line in lines))
+        self.file.flush()
 
 
 def console(*, stderr: bool = False) -> Console:

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, overload
 
 import mitsuba as mi
 import numpy as np
@@ -68,6 +68,18 @@ def source_of(scene: SceneSource, options: RenderOptions | None = None) -> Sourc
         f"expected the path of a scene file, or what relume.read returned, found {found}"
         + ("; a scene of Mitsuba's own is rendered by mi.render" if foreign else "")
     )
+
+
+@overload
+def resized(
+    document: Document, size: tuple[int, int] | None = None, spp: int | None = None
+) -> Document: ...
+
+
+@overload
+def resized(
+    document: Source, size: tuple[int, int] | None = None, spp: int | None = None
+) -> Source: ...
 
 
 def resized(

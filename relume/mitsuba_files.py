@@ -168,7 +168,7 @@ def read(
         documents = [Path(str(file)) for file in state.files]
         named = [found for file in documents for found in _named(file, resolver)]
     for file in (*documents, *named):
-        files_read.note(file)
+        files_read.record(file)
     return MitsubaFile(path, scene, dispersive)
 
 
@@ -215,6 +215,10 @@ ROLES = {"Integrator": "integrator", "Sensor": "sensor", "Film": "film", "Sample
 """Names in the dictionary of the first object of a kind, by which all others find it."""
 
 
+PARTS = {"BSDF": "bsdf", "Emitter": "emitter"}
+"""Names of the first part of a kind that has none, as in translated scenes."""
+
+
 class _Reader:
     """Makes the dictionary of a parsed scene.
 
@@ -241,7 +245,8 @@ class _Reader:
         scene |= {name: self.entry(i) for i, name in self.top.items()}
         if "sensor" not in scene:
             raise CannotRender(f"{self.path}: the scene has no sensor")
-        return DEFAULTS["scene"] | scene | {"sensor": DEFAULTS["sensor"] | scene["sensor"]}
+        sensor: Entry = DEFAULTS["sensor"] | scene["sensor"]
+        return DEFAULTS["scene"] | scene | {"sensor": sensor}
 
     def entry(self, index: int) -> Entry:
         """The dictionary of a node."""
@@ -270,6 +275,8 @@ class _Reader:
                 inside = props[key].index()
                 node = self.nodes[inside]
                 role = ROLES.get(node.type.name)
+                if index and key.startswith("_arg_"):
+                    role = role or PARTS.get(node.type.name)
                 if role is None or role in result.values():
                     role = node.props.id() if index == 0 else key
                 result[inside] = role or key

@@ -30,9 +30,10 @@ MAX_ENTRIES = 100_000
 class Assets:
     """The files that a document names, found or missing.
 
-    A name is looked for as given from the working directory, then beside the scene file (spec
-    section 12.1), then below the folders of `asset_path`; there the case of letters, `\\` against
-    `/`, and in the end all folders of the name are disregarded.
+    A name, without quotes around it, is looked for as given from the working directory, then beside
+    the scene file (spec section 12.1), in the end without regard to the case of letters, then below
+    the folders of `asset_path`; there the case of letters, `\\` against `/`, and in the end all
+    folders of the name are disregarded.
 
     Args:
         document: the document.
@@ -52,27 +53,32 @@ class Assets:
         """A problem of kind `asset` for each missing file, at the line that names it."""
         return [
             Problem(
-                line, column, f"no such file '{clip(name, 80)}'; looked in {self.places()}", "asset"
+                line, column, f"no such file '{clip(name, 80)}'; {self.remedy()}", "asset"
             )
             for line, column, name in self.named
             if self.found[name] is None
         ]
 
-    def places(self) -> str:
-        """The places that were looked in, for messages."""
+    def remedy(self) -> str:
+        """The places that were looked in, and how others are named, for messages."""
         places = ["the working directory", "the folder of the scene"]
-        return ", ".join(places + [str(folder) for folder in self.folders])
+        looked = ", ".join(places + [str(folder) for folder in self.folders])
+        return f"looked in {looked}; --asset-path DIR looks below DIR, too"
 
     def find(self, name: str) -> Path | None:
         """Path of the file of a name, or None."""
-        relative = name.replace("\\", "/")
         try:
-            for path in (Path(relative), self.beside / relative):
-                if path.is_file():
-                    return path
+            for spelling in spellings(name):
+                relative = spelling.replace("\\", "/")
+                for path in (Path(relative), self.beside / relative):
+                    if path.is_file():
+                        return path
+                found = in_any_case(self.beside, relative) or self._below_folders(relative)
+                if found is not None:
+                    return found
         except (OSError, ValueError):
-            return None
-        return self._below_folders(relative)
+            pass
+        return None
 
     def _below_folders(self, relative: str) -> Path | None:
         if self.index is None:
@@ -107,6 +113,36 @@ class Assets:
 
     def _place(self, lines: LineReports, field: str, name: str) -> tuple[int, int, str]:
         return lines.line(field), len(field) + 2, name
+
+
+def spellings(name: str) -> Iterator[str]:
+    """The names that a name may stand for: itself, and where it is in quotes what they enclose."""
+    yield name
+    if len(name) > 2 and name[0] == name[-1] and name[0] in "\"'":
+        yield name[1:-1].strip()
+
+
+def in_any_case(folder: Path, relative: str) -> Path | None:
+    """The file of a relative path below a folder without regard to the case of letters, or None."""
+    here = folder
+    parts = [part for part in relative.split("/") if part not in ("", ".")]
+    if not parts or relative.startswith("/"):
+        return None
+    for part in parts:
+        if not (here / part).exists():
+            alike = [each for each in _names(here) if each.casefold() == part.casefold()]
+            if not alike:
+                return None
+            part = alike[0]
+        here = here / part
+    return here if here.is_file() else None
+
+
+def _names(folder: Path) -> list[str]:
+    try:
+        return sorted(os.listdir(folder))
+    except OSError:
+        return []
 
 
 def _agreement(path: Path, parts: list[str]) -> int:

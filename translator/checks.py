@@ -37,6 +37,7 @@ def check(document: Document) -> list[Problem]:
     for block in document.objects:
         _shape(block, problems)
         _spot(block, problems)
+        _parallel_light(block, problems)
     return problems
 
 
@@ -116,6 +117,12 @@ def _spot(block: SceneObject, problems: list[Problem]) -> None:
     if any(block.spot_light_dir) and not has_length(block.spot_light_dir):
         message = "spot_light_dir is too short or too long to tell a direction"
         _problem(problems, block.lines, "spot_light_dir", message)
+
+
+def _parallel_light(block: SceneObject, problems: list[Problem]) -> None:
+    direction = block.parallel_light_dir
+    if block.parallel_light and direction is not None and not has_length(direction):
+        _problem(problems, block.lines, "parallel_light_dir", "parallel_light_dir of length 0")
 
 
 def _parallel(a: Vector, b: Vector) -> bool:

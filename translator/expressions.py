@@ -111,8 +111,15 @@ def evaluate(
     return values, parser.notes
 
 
+FULL_WIDTH_BLANK = "\u3000"
+
+
 def clip(text: str, width: int = 40) -> str:
-    """`text` shortened to `width` characters and freed of control characters, for messages."""
+    """`text` shortened to `width` characters and freed of control characters, for messages.
+
+    A full-width blank, which looks like one and separates nothing, is named.
+    """
+    text = text.replace(FULL_WIDTH_BLANK, "<full-width blank U+3000>")
     text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text[: width + 1])
     return text if len(text) <= width else text[: width - 1] + "…"
 

@@ -22,7 +22,7 @@ def recorded() -> Iterator[set[Path]]:
         _read.reset(token)
 
 
-def note(path: str | os.PathLike[str]) -> None:
+def record(path: str | os.PathLike[str]) -> None:
     """Say that a file is read."""
     files = _read.get()
     if files is not None:

@@ -158,7 +158,7 @@ def _read_bytes(path: str | Path) -> bytes:
         raise ImageError(path, what)
     if Path(path).stat().st_size > MAX_BYTES:
         raise ImageError(path, f"is larger than {MAX_BYTES >> 20} MiB")
-    files_read.note(path)
+    files_read.record(path)
     return Path(path).read_bytes()
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from relume.translator import geometry
+from relume.translator.diagnostics import Problem
 from relume.translator.document import Document
 from relume.translator.giant_spheres import Ball
 from relume.translator.objects import SceneObject
@@ -23,6 +24,9 @@ from relume.translator.shapes import (
     Sphere,
     UVPlane,
 )
+
+GRAZING = 1e-6
+"""Sine of the angle between a plane and its parallel light below which no light leaves it."""
 
 TWO_SIDED = (Annulus, Disk, Hemisphere, Plane, MeshFile)
 """Shapes that emit on both sides. A finite plane that is a lamp emits on the side of its normal
@@ -259,7 +263,23 @@ def _infinity_light(
     return entry | {"type": "domesun", "center": _floats(dome.center), "radius": float(dome.radius)}
 
 
-def _parallel_beam(block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str) -> Entry:
+def beam_problem(block: SceneObject, matrix: np.ndarray, dialect: str) -> Problem | None:
+    """The problem of a parallel light that shines along its own plane, or None; as `lamp`."""
+    if not (block.parallel_light and isinstance(block.shape, UVPlane)):
+        return None
+    u, v, direction = _beam_vectors(block, block.shape, matrix, dialect)
+    across = abs(np.cross(geometry.unit(u), geometry.unit(v)) @ direction)
+    if not across <= GRAZING:  # a direction of length 0 is told by `checks`
+        return None
+    line = block.lines.line("parallel_light_dir")
+    message = "parallel_light_dir lies in the plane of the light: no light leaves it"
+    return Problem(line, 1, message, "value")
+
+
+def _beam_vectors(
+    block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Both edges of a parallel light, and its direction of length 1."""
     u, v = (matrix[:3, :3] @ edge for edge in shape.edges(dialect))
     if block.parallel_light_dir is not None:
         direction = np.array(block.parallel_light_dir)
@@ -267,6 +287,11 @@ def _parallel_beam(block: SceneObject, shape: UVPlane, matrix: np.ndarray, diale
         direction = geometry.normal(matrix, np.cross(shape.u, shape.v)) * (
             -1 if block.normal < 0 else 1
         )
+    return u, v, geometry.unit(direction)
+
+
+def _parallel_beam(block: SceneObject, shape: UVPlane, matrix: np.ndarray, dialect: str) -> Entry:
+    u, v, direction = _beam_vectors(block, shape, matrix, dialect)
     block.lines.remark("emission", "emission-units", quantity="irradiance")
     emission = np.array(block.emission)
     return {
@@ -274,7 +299,7 @@ def _parallel_beam(block: SceneObject, shape: UVPlane, matrix: np.ndarray, diale
         "origin": _floats(geometry.point(matrix, shape.origin)),
         "edge_u": _floats(u),
         "edge_v": _floats(v),
-        "direction": _floats(geometry.unit(direction)),
+        "direction": _floats(direction),
         "irradiance": rgb(math.pi * emission),
     }
 

@@ -195,7 +195,7 @@ def _read_text(path: str | Path) -> str:
             raise MtlError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
             raise MtlError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
-        files_read.note(path)
+        files_read.record(path)
         raw = Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise MtlError(path, None, None, f"cannot be read: {error}") from error

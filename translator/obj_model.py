@@ -116,7 +116,7 @@ def open_mesh(path: str | Path) -> BinaryIO:
             raise MeshError(path, None, None, what)
         if Path(path).stat().st_size > MAX_BYTES:
             raise MeshError(path, None, None, f"is larger than {MAX_BYTES >> 20} MiB")
-        files_read.note(path)
+        files_read.record(path)
         return open(path, "rb", buffering=0)
     except (OSError, ValueError) as error:
         raise MeshError(path, None, None, f"cannot be read: {error}") from error

@@ -113,9 +113,13 @@ class Contents:
 
 
 def translate_objects(scene: PlacedScene) -> tuple[Contents, list[Problem]]:
-    """What all objects become, and a problem for every file that cannot be read."""
+    """What all objects become, and their problems, such as a file that cannot be read."""
     parts, problems = [], []
     for index, block in enumerate(scene.document.objects):
+        matrix = scene.geometry.matrices[index]
+        if (problem := lights.beam_problem(block, matrix, scene.dialect)) is not None:
+            problems.append(problem)
+            continue
         try:
             parts.append(translate_object(scene, index, block))
         except SceneError as error:

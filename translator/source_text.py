@@ -17,14 +17,17 @@ MAX_LINES = 1_000_000
 MAX_LINE_LENGTH = 65536
 """Longest line that is read [characters]."""
 
+UTF_16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+"""Byte order marks of UTF-16."""
+
 FileName = str | os.PathLike[str]
 
 
 def read_lines(path: FileName) -> list[str]:
     """Read a scene file and split it into lines without line ends.
 
-    Accepts UTF-8 with or without byte order mark and cp932, LF and CRLF, and a missing last line
-    end (spec section 1.1).
+    Accepts UTF-8 with or without byte order mark, UTF-16 with it, and cp932, LF and CRLF, and a
+    missing last line end (spec section 1.1).
 
     Raises:
         SceneError: the file is missing, a directory, no regular file, unreadable, too large,
@@ -40,7 +43,7 @@ def _read_bytes(path: FileName) -> bytes:
             raise SceneError(path, [Problem(0, 0, "is a directory, expected a scene file", "file")])
         if not stat.S_ISREG(mode):
             raise SceneError(path, [Problem(0, 0, "is no regular file", "file")])
-        files_read.note(path)
+        files_read.record(path)
         with open(path, "rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -56,10 +59,14 @@ def _read_bytes(path: FileName) -> bytes:
 
 def decode_lines(data: bytes, name: FileName) -> list[str]:
     """Decode the bytes of a scene file and split them into lines; errors as `read_lines`."""
+    if data.startswith(UTF_16_MARKS):
+        data = _from_utf_16(data, name)
     data = data.removeprefix(b"\xef\xbb\xbf")
     if (at := data.find(b"\0")) >= 0:
         line, column = _place(data, at)
-        message = "a NUL byte: binary data, or text in UTF-16; expected text in UTF-8 or cp932"
+        message = (
+            "a NUL byte: binary data, or text in UTF-16 without a byte order mark; save it as UTF-8"
+        )
         raise SceneError(name, [Problem(line, column, message, "file")])
     try:
         text = data.decode("utf-8")
@@ -79,6 +86,15 @@ def decode_lines(data: bytes, name: FileName) -> list[str]:
             message = f"line of {len(each)} characters, expected at most {MAX_LINE_LENGTH}"
             raise SceneError(name, [Problem(k + 1, MAX_LINE_LENGTH + 1, message, "file")])
     return lines
+
+
+def _from_utf_16(data: bytes, name: FileName) -> bytes:
+    """Text in UTF-16 with a byte order mark, in UTF-8."""
+    try:
+        return data.decode("utf-16").encode()
+    except UnicodeError as error:
+        message = f"begins as text in UTF-16, but is not: {getattr(error, 'reason', error)}"
+        raise SceneError(name, [Problem(1, 1, message, "file")]) from None
 
 
 def _place(data: bytes, at: int) -> tuple[int, int]:

@@ -169,7 +169,8 @@ class ValueReader:
             values = [value for value, _ in found]
             columns = [self.offset + column + 1 for _, column in found]
         elif len(values) == count and (end == len(self.text) or self.text[end] in " \t"):
-            notes = [make_note("text-after-value", text=clip(self.text[end:].strip()))]
+            rest = clip(self.text[end:].strip())
+            notes = [make_note("text-after-value", text=rest)] if rest else []
         else:
             return self.numbers(count)
         self.notes += notes

@@ -5,6 +5,7 @@ import warnings
 import pytest
 from rich.console import Console
 
+import relume
 from relume import checking
 from relume.translator.outcomes import OUTCOMES, explanation
 
@@ -108,6 +109,94 @@ def test_unknown_codes_suggest_others_and_list_all():
         checking.explained("pin-hole")
     said = str(caught.value)
     assert "did you mean 'pinhole'" in said and all(code in said for code in OUTCOMES)
+
+
+LAMP = """\
+OBJECT
+uvplane -2 6 -2
+U 4 0 0
+V 0 0 4
+emission 6 5 4
+reflection diffuse
+parallel_light 1
+parallel_light_dir {direction}
+{more}
+"""
+
+
+@pytest.mark.parametrize(
+    "direction, more, said",
+    [
+        ("0 0 0", "", "parallel_light_dir of length 0"),
+        ("1 0 0", "", "parallel_light_dir lies in the plane of the light"),
+        ("1 0 -2", "", "parallel_light_dir lies in the plane of the light"),
+        ("0 1 0", "rotation 90 0 0", "parallel_light_dir lies in the plane of the light"),
+        ("1 -0.001 0", "", None),
+        ("1 0 0", "rotation 0 0 45", None),
+    ],
+)
+def test_a_parallel_light_that_render_refuses_is_an_error(room, tmp_path, direction, more, said):
+    """With its line; whatever else is in order, render takes."""
+    path = room(objects=LAMP.format(direction=direction, more=more))
+    report = checking.check_file(path)
+    line = path.read_text().splitlines().index(f"parallel_light_dir {direction}") + 1
+    if said:
+        (error,) = report["errors"]
+        assert said in error["message"] and error["line"] == line
+        with pytest.raises(relume.SceneError, match=said):
+            relume.render(path)
+    else:
+        assert report["status"] == "ok" and relume.render(path, spp=1).shape == (24, 32, 3)
+
+
+@pytest.mark.parametrize(
+    "mesh, said",
+    [
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "'9' names no vertex"),
+        ("v 0 0 0\nv 1e400 0 0\nv 0 1 0\nf 1 2 3\n", "'1e400' is not a finite number"),
+        ("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", None),
+    ],
+)
+def test_a_mesh_that_render_refuses_is_an_error(room, tmp_path, mesh, said):
+    """With the line of the mesh; faces before their vertices are in order for both."""
+    (tmp_path / "a.obj").write_text(mesh)
+    path = room(objects="OBJECT\nobjfile a.obj\ncolor 1 1 1\nreflection diffuse\n")
+    report = checking.check_file(path)
+    if said:
+        (error,) = report["errors"]
+        assert said in error["message"] and "a.obj:" in error["message"]
+        with pytest.raises(relume.SceneError, match=said):
+            relume.render(path)
+    else:
+        assert report["status"] == "ok" and relume.render(path, spp=1).shape == (24, 32, 3)
+
+
+@pytest.mark.parametrize("name", ["sub/A.OBJ", "Sub\\a.Obj", '"Sub/a.obj"', "'sub/A.obj'"])
+def test_names_in_quotes_and_in_other_letters_are_found_beside_the_scene(room, tmp_path, name):
+    (tmp_path / "Sub").mkdir()
+    (tmp_path / "Sub" / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    path = room(objects=f"OBJECT\nobjfile {name}\ncolor 1 1 1\nreflection diffuse\n")
+    assert checking.check_file(path)["errors"] == []
+
+
+def test_a_missing_file_names_the_remedy(room):
+    path = room(objects="OBJECT\nobjfile a.obj\ncolor 1 1 1\nreflection diffuse\n")
+    (error,) = checking.check_file(path)["errors"]
+    assert "looked in the working directory, the folder of the scene" in error["message"]
+    assert "--asset-path DIR looks below DIR" in error["message"]
+
+
+@pytest.mark.parametrize(
+    "line, found",
+    [
+        ("sphere 0 0 0\u30001", "'<full-width blank U+3000>1'"),
+        ("\u3000sphere 0 0 0 1", "'<full-width blank U+3000>sphere'"),
+    ],
+)
+def test_a_full_width_blank_is_named(room, line, found):
+    """It looks like a blank in an editor, and separates nothing."""
+    report = checking.check_file(room(objects=f"OBJECT\n{line}\nreflection diffuse\n"))
+    assert found in report["errors"][0]["message"]
 
 
 DARK_LAMP = "OBJECT\nsphere 0 3 0 1\nemission 0 0 0\ncolor 0 0 0\nreflection diffuse\n"

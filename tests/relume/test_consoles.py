@@ -52,3 +52,17 @@ def test_a_pipe_has_no_width(room, columns):
     assert lines[0] == f"{path}: unsupported"
     heads = [line for line in lines if "use_mollweide_projection" in line]
     assert len(heads) == 2 and all("general relativity is outside" in line for line in heads)
+
+
+def test_what_is_piped_is_there_at_once():
+    """So that it stands before what the other stream says next."""
+
+    class File(io.StringIO):
+        flushed = ""
+
+        def flush(self):
+            self.flushed = self.getvalue()
+
+    shown = File()
+    Piped(file=shown).print("first")
+    assert shown.flushed == "first\n"

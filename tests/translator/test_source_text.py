@@ -54,12 +54,23 @@ def test_only_line_ends_split_lines():
     assert decode_lines(text.encode(), "") == [text]
 
 
-@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
-def test_utf_16_is_named(encoding):
-    """Its NUL bytes give it away; the message says so."""
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_utf_16_with_a_byte_order_mark_is_read(encoding):
+    """Windows' editor calls it Unicode."""
+    text = "IMAGE\r\n320 240\r\n# \u62e1\u6563"
+    data = text.encode(encoding)
+    marks = {"utf-16-le": b"\xff\xfe", "utf-16-be": b"\xfe\xff"}
+    data = marks.get(encoding, b"") + data
+    assert decode_lines(data, "") == text.split("\r\n")
+    assert "begins as text in UTF-16, but is not" in refused(data + b"\x00").message
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-32-be"])
+def test_utf_16_without_is_named(encoding):
+    """Its NUL bytes give it away; the message says so, and what to do."""
     problem = refused("IMAGE\n320 240\n".encode(encoding))
     assert "NUL" in problem.message and "UTF-16" in problem.message
-    assert problem.line == 1
+    assert "save it as UTF-8" in problem.message and problem.line == 1
 
 
 def test_nul_is_located():
