@@ -264,7 +264,7 @@ def load_scene(translation: Translation) -> Scene:
 
 def for_variant(integrator: dict[str, Any]) -> dict[str, Any]:
     """An integrator's dictionary with what the variant in use runs in the place of our plugins."""
-    if not mi.variant().startswith("scalar"):
+    if not mi.variant().startswith("scalar") and not mi.is_polarized:
         return integrator
     nested = {key: for_variant(x) for key, x in integrator.items() if isinstance(x, dict)}
     kind = integrator.get("type", "")
