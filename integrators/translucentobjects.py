@@ -108,7 +108,7 @@ def labels_of_faces(shapes: Sequence[tuple[mi.Shape, str]]) -> list[np.ndarray]:
 
 
 def _checksum(array: np.ndarray) -> int:
-    return zlib.crc32(np.ascontiguousarray(array))
+    return zlib.crc32(array.tobytes())
 
 
 def triangles(shape: mi.Shape) -> tuple[np.ndarray, np.ndarray] | None:
