@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("relume", "translator", "bsdfs", "emitters", "integrators", "phasefunctions", "sensors")
+FOLDERS = (
+    "relume", "translator", "bsdfs", "emitters", "integrators", "phasefunctions", "sensors", "textures",
+)  # fmt: skip
 FILES = [file for folder in FOLDERS for file in sorted((ROOT / folder).rglob("*.py"))]
 
 
