@@ -10,8 +10,15 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = (
-    "relume", "translator", "bsdfs", "emitters", "integrators", "phasefunctions", "sensors", "textures",
-)  # fmt: skip
+    "relume",
+    "translator",
+    "bsdfs",
+    "emitters",
+    "integrators",
+    "phasefunctions",
+    "sensors",
+    "textures",
+)
 FILES = [file for folder in FOLDERS for file in sorted((ROOT / folder).rglob("*.py"))]
 
 
