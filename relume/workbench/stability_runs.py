@@ -39,8 +39,6 @@ MOST_RUNS = 256
 
 LIMITS = {
     "color-near-one",
-    "infinite-plane-coarse",
-    "infinite-plane-edge",
     "long-walks",
     "thin-glass",
     "walks-begin-deep",

@@ -236,5 +236,7 @@ def test_files_of_one_name_are_kept_apart(tmp_path, room):
         (tmp_path / folder / "m.obj").write_text(mesh)
     objects = [f"OBJECT\nobjfile {f}/m.obj\ncolor 1 1 1\nreflection diffuse\n" for f in "ab"]
     written = write_xml(room(objects="\n".join(objects)), tmp_path / "out" / "room.xml")
-    texts = [path.read_bytes() for path in written[1:] if path.name.startswith("m")]
+    floor, *meshes = written[1:]
+    assert floor.name == "object_19.ply"
+    texts = [path.read_bytes() for path in meshes]
     assert len(set(texts)) == len(texts) == 2

@@ -128,7 +128,7 @@ def test_the_time_of_all_parts_is_in_the_name(room, here, stopping):
     [
         ({"seed": 4}, "its seed is 0, here 4"),
         ({"size": (16, 12)}, "its size is 32x24, here 16x12"),
-        ({"integrator": "direct"}, "its integrator is path, here direct"),
+        ({"integrator": "direct"}, "its integrator is surfacepath, here direct"),
         ({"variant": "scalar_rgb"}, "its variant is llvm_ad_rgb, here scalar_rgb"),
         ({"per_pass": 3}, "its number of samples of a pixel in a pass is 1, here 3"),
         ({"dialect": "prender"}, "its scene has another content"),

@@ -61,7 +61,7 @@ def test_every_method_gets_a_curve(measured):
         assert error[0] > error[-1] > 0 and (half > 0).all()
     about = measured.reference.about
     top = measured.curves[0].spp[-1]
-    assert about["method"] == "path" and about["spp"] * about["runs"] >= 16 * top
+    assert about["method"] == "surfacepath" and about["spp"] * about["runs"] >= 16 * top
 
 
 def test_an_integrator_that_does_not_work_is_left_out_with_its_reason(room, cache):
@@ -172,7 +172,7 @@ def test_the_command_writes_figures_data_and_overview(invoke, room):
     assert "path" in svg and "--seconds 0.2 --runs 4 --seed 0" in svg and "<dc:date>" not in svg
     rows = list(csv.DictReader(io.StringIO(Path("out/methods.csv").read_text("utf-8"))))
     assert [(row["scene"], row["method"]) for row in rows] == [("a", "path"), ("日本", "path")]
-    assert "slope" in result.stdout and "Reference: path" in result.stdout
+    assert "slope" in result.stdout and "Reference: surfacepath" in result.stdout
 
 
 def test_errors_are_one_readable_line_and_come_first(invoke, room, tmp_path):

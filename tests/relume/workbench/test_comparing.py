@@ -123,7 +123,7 @@ def test_the_other_integrator_gets_what_the_plan_wraps_around_the_planned(room, 
     scene = room("sensor_response\n0.5")
     found = comparing.compare(scene, **SMALL, seed=chance.seed())
     assert found.agree, found.verdict()
-    assert [side.name for side in found.sides] == ["path", "volpath"]
+    assert [side.name for side in found.sides] == ["surfacepath", "volpath"]
 
 
 def test_the_mutations_of_a_scene_are_its_samples(room):
