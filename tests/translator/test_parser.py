@@ -5,39 +5,10 @@ Section numbers are those of the scene language's description.
 
 import pytest
 
-from relume.translator import read, read_text
+from relume.translator import read
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import UVPlane
-
-BALL = "OBJECT\nsphere 0 0 0 1\n"
-
-
-def scene(text):
-    return read_text(text, environ={})
-
-
-def ball(lines):
-    """The object that attribute lines make of a sphere."""
-    (block,) = scene(BALL + lines).objects
-    return block
-
-
-def outcomes(text):
-    """Keyword, outcome and note of each reported line, by line number."""
-    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).lines.all}
-
-
-def errors(text):
-    """Line, column, kind and message of every error."""
-    with pytest.raises(SceneError) as caught:
-        scene(text)
-    return [(p.line, p.column, p.kind, p.message) for p in caught.value.problems]
-
-
-def error(text):
-    (only,) = errors(text)
-    return only
-
+from tests.translator.reading import BALL, ball, error, errors, outcomes, scene
 
 # -- forms of keywords (1.2, 1.3) -----------------------------------------------------------------
 

@@ -5,8 +5,7 @@ import pytest
 from relume.translator import parse, read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.materials_table import MATERIALS
-
-BALL = "OBJECT\nsphere 0 0 0 1\n"
+from tests.translator.reading import BALL
 
 
 @pytest.mark.parametrize("name", ["a b.bmp", "#1.bmp", "ソ\\表.bmp", "2*3"])

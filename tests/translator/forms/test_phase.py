@@ -1,34 +1,7 @@
 """Mean cosines of phase functions (section 10.1)."""
 
-import pytest
 
-from relume.translator import read_text
-from relume.translator.diagnostics import SceneError
-
-BALL = "OBJECT\nsphere 0 0 0 1\n"
-
-
-def scene(text):
-    return read_text(text, environ={})
-
-
-def ball(lines):
-    """The object that attribute lines make of a sphere."""
-    (block,) = scene(BALL + lines).objects
-    return block
-
-
-def outcomes(text):
-    """Keyword, outcome and note of each reported line, by line number."""
-    return {r.line: (r.keyword, r.outcome, r.note) for r in scene(text).lines.all}
-
-
-def error(text):
-    """Line, column, kind and message of the one error."""
-    with pytest.raises(SceneError) as caught:
-        scene(text)
-    (p,) = caught.value.problems
-    return p.line, p.column, p.kind, p.message
+from tests.translator.reading import ball, error, outcomes, scene
 
 
 def test_phase_in_both_forms_and_spellings():

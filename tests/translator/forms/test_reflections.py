@@ -2,22 +2,12 @@
 
 import pytest
 
-from relume.translator import parse, read_text
+from relume.translator import parse
 from relume.translator.diagnostics import SceneError
 from relume.translator.forms.reflections import Reflection
+from tests.translator.reading import BALL, ball, scene
 
-BALL = "OBJECT\nsphere 0 0 0 1\n"
 BELOW = "reflection Subsurface_Scattering\n"
-
-
-def scene(text):
-    return read_text(text, environ={})
-
-
-def ball(lines):
-    """The object that attribute lines make of a sphere."""
-    (block,) = scene(BALL + lines).objects
-    return block
 
 
 @pytest.mark.parametrize(

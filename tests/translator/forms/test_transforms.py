@@ -1,19 +1,8 @@
 """Transforms of objects and of the camera (sections 5.3 and 6.3)."""
 
-from relume.translator import parse, read_text
+from relume.translator import parse
 from relume.translator.forms.transforms import Transform
-
-BALL = "OBJECT\nsphere 0 0 0 1\n"
-
-
-def scene(text):
-    return read_text(text, environ={})
-
-
-def ball(lines):
-    """The object that attribute lines make of a sphere."""
-    (block,) = scene(BALL + lines).objects
-    return block
+from tests.translator.reading import ball
 
 
 def test_transforms_keep_their_order():
