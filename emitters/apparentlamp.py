@@ -71,7 +71,7 @@ import numpy as np
 from relume.emitters.common import (
     delta_sample,
     sample_spectrum,
-    spawn_ray,
+    sample_surface_ray,
     spectrum_lookup,
     vector,
 )
@@ -147,12 +147,7 @@ def define() -> type[mi.Emitter]:
             return sample_spectrum(self.radiance, si, sample, active)
 
         def sample_ray(self, time, sample1, sample2, sample3, active=True):
-            ps, area = self.sample_position(time, sample2, active)
-            si = mi.SurfaceInteraction3f(ps, dr.zeros(mi.Ray3f).wavelengths)
-            wavelengths, weight = sample_spectrum(self.radiance, si, sample1, active)
-            d = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
-            weight *= dr.pi * area
-            return spawn_ray(ps.p, ps.n, d, time, wavelengths), mi.depolarizer(weight)
+            return sample_surface_ray(self, time, sample1, sample2, sample3, active)
 
         def bbox(self):
             return self.get_shape().bbox()

@@ -95,6 +95,32 @@ def spawn_ray(
     return mi.Ray3f(dr.fma(margin, n, p), d, time, wavelengths)
 
 
+def sample_surface_ray(
+    emitter: mi.Emitter,
+    time: mi.Float,
+    sample1: mi.Float,
+    sample2: mi.Point2f,
+    sample3: mi.Point2f,
+    active: mi.Bool,
+) -> tuple[mi.Ray3f, mi.Spectrum]:
+    """Ray of a particle that leaves the surface of a Lambertian emitter, and its weight.
+
+    Args:
+        emitter: its `sample_position` tells points with the density 1 / area, and the area.
+        time: of the ray.
+        sample1: uniform variate of the wavelengths.
+        sample2: uniform variates of the point.
+        sample3: uniform variates of the direction, drawn in proportion to the cosine.
+        active: lanes.
+    """
+    ps, area = emitter.sample_position(time, sample2, active)
+    si = mi.SurfaceInteraction3f(ps, dr.zeros(mi.Ray3f).wavelengths)
+    wavelengths, weight = emitter.sample_wavelengths(si, sample1, active)
+    d = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
+    weight *= dr.pi * area
+    return spawn_ray(ps.p, ps.n, d, time, wavelengths), mi.depolarizer(weight)
+
+
 def sphere_of(emitter: mi.Emitter) -> tuple[mi.Point3f, mi.Float] | None:
     """Centre and radius of the sphere that an emitter hangs on; None if there is no sphere.
 

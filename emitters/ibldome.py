@@ -92,7 +92,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.emitters.common import sample_side, spawn_ray, sphere_of
+from relume.emitters.common import sample_side, sample_surface_ray, sphere_of
 from relume.emitters.domemaps import cell_solid_angles, find_map, texel
 from relume.sensors.colors import LUMINANCE
 
@@ -277,12 +277,7 @@ def define() -> type[mi.Emitter]:
             return wavelengths, weight * self._radiance(si.p, wavelengths, active)
 
         def sample_ray(self, time, sample1, sample2, sample3, active=True):
-            ps, area = self.sample_position(time, sample2, active)
-            si = mi.SurfaceInteraction3f(ps, dr.zeros(mi.Ray3f).wavelengths)
-            wavelengths, weight = self.sample_wavelengths(si, sample1, active)
-            d = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
-            weight *= dr.pi * area
-            return spawn_ray(ps.p, ps.n, d, time, wavelengths), mi.depolarizer(weight)
+            return sample_surface_ray(self, time, sample1, sample2, sample3, active)
 
         def bbox(self):
             return self.get_shape().bbox()

@@ -65,7 +65,7 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.emitters.common import sample_side, sample_spectrum, spawn_ray, sphere_of
+from relume.emitters.common import sample_side, sample_spectrum, sample_surface_ray, sphere_of
 
 BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
@@ -232,12 +232,7 @@ def define() -> type[mi.Emitter]:
             return sample_spectrum(self.radiance, si, sample, active)
 
         def sample_ray(self, time, sample1, sample2, sample3, active=True):
-            ps, area = self.sample_position(time, sample2, active)
-            si = mi.SurfaceInteraction3f(ps, dr.zeros(mi.Ray3f).wavelengths)
-            wavelengths, weight = sample_spectrum(self.radiance, si, sample1, active)
-            d = mi.Frame3f(ps.n).to_world(mi.warp.square_to_cosine_hemisphere(sample3))
-            weight *= dr.pi * area
-            return spawn_ray(ps.p, ps.n, d, time, wavelengths), mi.depolarizer(weight)
+            return sample_surface_ray(self, time, sample1, sample2, sample3, active)
 
         def bbox(self):
             return self.get_shape().bbox()

@@ -56,6 +56,11 @@ profiles = of("integrators/diffusion.py", DIPOLE)
 vertices = of("integrators/vertices.py", DIPOLE)
 spot = of("emitters/falloffspot.py", SPOT)
 beam = of("emitters/parallelbeam.py", BEAM)
+surface_rays = of(
+    "emitters/common.py",
+    f"{AREA}::test_power_of_the_particles",
+    f"{DOME}::test_power_of_the_particles",
+)
 area = of("emitters/twosidedarea.py", f"{AREA}::test_shines_where_a_stock_area_light_is_black")
 dome = of("emitters/ibldome.py", f"{DOME}::test_sampling_density")
 dome_maps = of("emitters/domemaps.py", f"{DOME}::test_sampling_density")
@@ -338,12 +343,6 @@ MUTATIONS = [
         "projected = 0.98 * dr.norm(dr.cross(si.dp_du, si.dp_dv)) *",
         f"{AREA}::test_sampling_density_of_textured_shapes",
     ),
-    area(
-        "particles of the two-sided lamp 2 % too bright",
-        "weight *= dr.pi * area",
-        "weight *= 1.02 * dr.pi * area",
-        f"{AREA}::test_power_of_the_particles",
-    ),
     dome(
         "dome 2 % too bright",
         "return dr.select(active, value * self.scale, 0.0)",
@@ -365,11 +364,10 @@ MUTATIONS = [
         "ds.p = dr.fma(radius, n, centre)",
         "ds.p = dr.fma(1.02 * radius, n, centre)",
     ),
-    dome(
-        "particles of the dome 2 % too bright",
+    surface_rays(
+        "particles of the two-sided lamp and the dome 2 % too bright",
         "weight *= dr.pi * area",
         "weight *= 1.02 * dr.pi * area",
-        f"{DOME}::test_power_of_the_particles",
     ),
     dome(
         "colour of the dome by wavelength 2 % too bright",

@@ -1,6 +1,5 @@
 """Coefficients of media (sections 10.1 and 10.2)."""
 
-
 from tests.translator.reading import ball, error, outcomes
 
 

@@ -1,6 +1,5 @@
 """Mean cosines of phase functions (section 10.1)."""
 
-
 from tests.translator.reading import ball, error, outcomes, scene
 
 
