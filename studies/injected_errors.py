@@ -38,6 +38,7 @@ GLASS, DISPERSION = "bsdfs/test_schlickglass.py", "bsdfs/test_dispersion.py"
 SPOT, BEAM = "emitters/test_falloffspot.py", "emitters/test_parallelbeam.py"
 AREA, DOME = "emitters/test_twosidedarea.py", "emitters/test_ibldome.py"
 DISPERSIVE, DIPOLE = "integrators/test_dispersivepath.py", "integrators/test_dipole.py"
+DIFFUSION = "integrators/test_diffusion.py"
 METROPOLIS = "integrators/test_metropolis.py"
 SESSION, MATERIALS = "relume/test_session.py", "translator/test_materials.py"
 LIGHTS, GOLDENS = "translator/test_lights.py", "translator/test_goldens.py"
@@ -51,8 +52,8 @@ glass = of("bsdfs/schlickglass.py", f"{GLASS}::test_lobes_are_the_formulas")
 dispersion = of("bsdfs/dispersion.py", f"{DISPERSION}::test_published_indices")
 phase = of("phasefunctions/henyeygreenstein.py", "phasefunctions/test_henyeygreenstein.py")
 catcher = of("bsdfs/shadowcatcher.py", "bsdfs/test_shadowcatcher.py")
-translucent = of("bsdfs/subsurface.py", DIPOLE)
-profiles = of("integrators/diffusion.py", DIPOLE)
+translucent = of("bsdfs/subsurface.py", DIFFUSION, DIPOLE)
+profiles = of("integrators/diffusion.py", DIFFUSION, DIPOLE)
 vertices = of("integrators/vertices.py", DIPOLE)
 spot = of("emitters/falloffspot.py", SPOT)
 beam = of("emitters/parallelbeam.py", BEAM)
@@ -212,13 +213,13 @@ MUTATIONS = [
         "reduced scattering of (1 - 1.02 g)",
         "sigma_s = medium.sigma_s * (1 - medium.g)",
         "sigma_s = medium.sigma_s * (1 - 1.02 * medium.g)",
-        f"{DIPOLE}::test_profiles_are_the_formulas",
+        f"{DIFFUSION}::test_profiles_are_the_formulas",
     ),
     translucent(
         "Egan and Hilgeman's F_dr 2 % too high",
         "return dr.clip(dr.select(eta >= 1, above, below), 0, 0.999)",
         "return dr.clip(1.02 * dr.select(eta >= 1, above, below), 0, 0.999)",
-        f"{DIPOLE}::test_profiles_are_the_formulas",
+        f"{DIFFUSION}::test_profiles_are_the_formulas",
     ),
     translucent(
         "share of diffusion's samples 2 % too low",
@@ -230,31 +231,31 @@ MUTATIONS = [
         "standard dipole 2 % too bright",
         "0.5 * self.alpha * both",
         "0.51 * self.alpha * both",
-        f"{DIPOLE}::test_profiles_are_the_formulas",
+        f"{DIFFUSION}::test_profiles_are_the_formulas",
     ),
     profiles(
         "density of radii 2 % too high",
         "p += share * self.spread(z, r) / within",
         "p += 1.02 * share * self.spread(z, r) / within",
-        f"{DIPOLE}::test_density_of_radii",
+        f"{DIFFUSION}::test_density_of_radii",
     ),
     profiles(
         "virtual source 2 % too deep",
         "self.z_v = self.z_r * (1 + 4 / 3 * A)",
         "self.z_v = 1.02 * self.z_r * (1 + 4 / 3 * A)",
-        f"{DIPOLE}::test_profiles_are_the_formulas",
+        f"{DIFFUSION}::test_profiles_are_the_formulas",
     ),
     profiles(
         "normalized profile 2 % too wide",
         "self.d = self.z_r / s",
         "self.d = 1.02 * self.z_r / s",
-        f"{DIPOLE}::test_profiles_are_the_formulas",
+        f"{DIFFUSION}::test_profiles_are_the_formulas",
     ),
     profiles(
         "normalized profile 2 % too bright",
         "self.exit * self.R_d * self.density(d)",
         "1.02 * self.exit * self.R_d * self.density(d)",
-        f"{DIPOLE}::test_profiles_are_the_formulas",
+        f"{DIFFUSION}::test_profiles_are_the_formulas",
     ),
     profiles(
         "light that enters 2 % too bright",

@@ -23,7 +23,7 @@ from relume import (
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import PROFILES, ExitPoint
 from relume.translator.materials_table import MATERIALS
-from tests.integrators.test_dipole import fresnel, hemispherical, reflectance, rgb
+from tests.integrators.translucent_scenes import fresnel, hemispherical, reflectance, rgb
 
 ALPHA = np.array([0.3, 0.8, 0.99])
 COLUMN = {

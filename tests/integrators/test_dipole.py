@@ -1,112 +1,30 @@
 """`dipole` against closed forms, against `path`, and at the ends of every parameter's range."""
 
-import math
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
-from relume import (
-    bsdfs,  # noqa: F401  registers the plugins
-    emitters,  # noqa: F401
-    integrators,  # noqa: F401
+from relume.integrators.diffusion import PROFILES
+from tests.integrators.translucent_scenes import (
+    ALPHA,
+    SKY,
+    fresnel,
+    hemispherical,
+    reflectance,
+    rgb,
+    scene,
+    slab,
+    transform,
+    translucent,
+    view,
 )
-from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES, radius_of_tail, tail
-
-ALPHA = np.array([0.3, 0.8, 0.99])
-SKY = {"type": "constant"}
 
 
 @pytest.fixture(autouse=True)
 def variant():
     mi.set_variant("llvm_ad_rgb")
-
-
-def transform():
-    return mi.ScalarTransform4f()
-
-
-def rgb(values):
-    return {"type": "rgb", "value": [float(v) for v in np.broadcast_to(values, 3)]}
-
-
-def translucent(alpha=ALPHA, **more):
-    """A material of sigma_t = 1 without mirror: F is noise for what is measured here."""
-    alpha = np.asarray(alpha)
-    coefficients = {"sigma_s": rgb(alpha), "sigma_a": rgb(1 - alpha)}
-    kind = {"type": "subsurface", "eta": 1.3, "level": -2, "specular_reflectance": 0.0}
-    return kind | coefficients | more
-
-
-def view(origin=(0, 0, 100), fov=0.01, size=4, up=(0, 1, 0)):
-    return {
-        "type": "perspective",
-        "fov": fov,
-        "to_world": transform().look_at(list(origin), [0, 0, 0], list(up)),
-        "film": {
-            "type": "hdrfilm",
-            "width": size,
-            "height": size,
-            "rfilter": {"type": "box"},
-            "pixel_format": "rgb",
-        },
-    }
-
-
-def scene(integrator="dipole", profile="standard", sensor=None, **things):
-    kind = {"type": integrator, "rr_depth": 100}
-    if integrator == "dipole":
-        kind["profile"] = profile
-    parts = {"type": "scene", "integrator": kind, "sensor": sensor or view()}
-    return mi.load_dict(parts | things)
-
-
-def slab(bsdf):
-    return {"type": "rectangle", "to_world": transform().scale(5000), "bsdf": bsdf}
-
-
-@pytest.fixture
-def radiance(chance, level):
-    """Function from a scene to the `Level` of its mean radiance, (3,)."""
-
-    def measure(scene, spp=4096, runs=8, **options):
-        return level(chance.runs(scene, spp, runs, **options).mean(axis=(1, 2)))
-
-    return measure
-
-
-def fresnel(cos, eta):
-    """Fresnel's reflectance of unpolarised light from outside, float64."""
-    cos_t = np.sqrt(1 - (1 - cos * cos) / eta**2)
-    r_s, r_p = (cos - eta * cos_t) / (cos + eta * cos_t), (eta * cos - cos_t) / (eta * cos + cos_t)
-    return (r_s**2 + r_p**2) / 2
-
-
-def hemispherical(eta):
-    """Mean of Fresnel's reflectance from outside over a hemisphere, weighted by the cosine."""
-    z = (np.arange(100_000) + 0.5) / 100_000
-    return np.mean(2 * z * fresnel(z, eta))
-
-
-def boundary(eta):
-    """A = (1 + F_dr) / (1 - F_dr) with the polynomial of Jensen et al. 2001."""
-    F_dr = -1.440 / eta**2 + 0.710 / eta + 0.668 + 0.0636 * eta
-    return (1 + F_dr) / (1 - F_dr)
-
-
-def reflectance(alpha, eta, reach=np.inf):
-    """2 pi int_0^reach R(r) r dr of the dipole with sigma_t' = 1, closed form.
-
-    A source at depth z has alpha/2 (e^(-k z) - z/d e^(-k d)), d^2 = reach^2 + z^2, by
-    substitution of d for r; the first term alone is R_d of Jensen et al. 2001, eq. 15.
-    """
-    k, total = np.sqrt(3 * (1 - alpha)), 0
-    for z in (1, 1 + 4 / 3 * boundary(eta)):
-        d = np.hypot(reach, z)
-        total += np.exp(-k * z) - (z / d * np.exp(-k * d) if np.isfinite(d) else 0)
-    return alpha / 2 * total
 
 
 # ------------------------------ without translucent things ------------------------------
@@ -149,66 +67,7 @@ def test_hidden_emitters_with_subsurface(chance, radiance):
         chance.equal(dipole, path, precision=0.01, of=2)
 
 
-# ------------------------------ profiles ------------------------------
-
-
-def test_radius_inverts_the_tail():
-    """tail(radius_of_tail(share)) = share to 2e-5 from 1 - 1e-4 down to 1e-7, any absorption."""
-    share = np.concatenate([10.0 ** -np.linspace(0.05, 7, 60), 1 - 10.0 ** -np.linspace(1, 4, 20)])
-    for z in (1e-4, 1.0, 1e4):
-        for k in (0.0, 1e-3, 0.1, 1.0, 10.0):
-            r = radius_of_tail(mi.Float(z), mi.Float(k / z), mi.Float(share))
-            back = np.array(tail(mi.Float(z), mi.Float(k / z), r))
-            np.testing.assert_allclose(back, share, rtol=1e-4 if k > 1 else 2e-5)
-
-
-@pytest.mark.false_alarms(1e-3)
-@pytest.mark.parametrize("profile", PROFILES)
-def test_density_of_radii(profile, chance):
-    """The density is normalized, and the radii drawn follow it (chi² of 16 cells)."""
-    ones = mi.Spectrum(1)
-    medium = SubsurfaceMedium(ones * 0.9, ones * 0.1, ones * 0, mi.Float(1.3), mi.Float(6), ones)
-    kernel = PROFILES[profile](medium, mi.Float(1e9))
-    n = 2_000_000
-    r = (np.arange(n) + 0.5) * (6 / n)
-    p = np.array(kernel.pdf(mi.Float(r)))[0] * 2 * np.pi * r
-    assert p.sum() * (6 / n) == pytest.approx(1, abs=2e-4)
-    u = chance.rng().random(chance.samples(400_000)).astype(np.float32)
-    drawn = np.array(kernel.sample_radius(mi.UInt32(0), mi.Float(u)))
-    edges = np.linspace(0, 6, 17)
-    expected = np.add.reduceat(p, (edges[:-1] * n / 6).astype(int)) * (6 / n) * len(u)
-    observed, _ = np.histogram(drawn, edges)
-    dof = len(expected) - 1
-    # Wilson and Hilferty: the cube root of chi² over its degrees of freedom is nearly normal.
-    cube_root = (np.sum((observed - expected) ** 2 / expected) / dof) ** (1 / 3)
-    z = (cube_root - (1 - 2 / (9 * dof))) / math.sqrt(2 / (9 * dof))
-    chance.judge(0.5 * math.erfc(z / math.sqrt(2)))
-
-
-def test_profiles_are_the_formulas():
-    """R(r) of Jensen et al. 2001, eq. 4, and Christensen and Burley 2015, eq. 3 and 8, float64.
-
-    The latter over the mean of 1 - F from outside, of which the plugin has a fit, to 0.3 %.
-    """
-    sigma_s, sigma_a, g, eta = np.array([0.9, 2, 5]), np.array([0.1, 0.5, 0.01]), 0.5, 1.3
-    spectra = (mi.Spectrum(np.broadcast_to(x, 3).tolist()) for x in (sigma_s, sigma_a, g))
-    medium = SubsurfaceMedium(*spectra, mi.Float(eta), mi.Float(0), mi.Spectrum(1))
-    sigma_t, A = sigma_s * (1 - g) + sigma_a, boundary(eta)
-    alpha, sigma_tr = sigma_s * (1 - g) / sigma_t, np.sqrt(3 * sigma_a * sigma_t)
-    r = np.geomspace(1e-3, 10, 50)[:, None]
-    R = 0
-    for z in (1 / sigma_t, (1 + 4 / 3 * A) / sigma_t):
-        d = np.hypot(r, z)
-        R = R + alpha / (4 * np.pi) * z * (sigma_tr + 1 / d) * np.exp(-sigma_tr * d) / d**2
-    got = PROFILES["standard"](medium, mi.Float(1e9)).value(mi.Float(r.ravel()))
-    np.testing.assert_allclose(np.array(got).T, R, rtol=1e-4)
-
-    k = np.sqrt(3 * (1 - alpha))
-    R_d = alpha / 2 * (1 + np.exp(-4 / 3 * A * k)) * np.exp(-k)
-    d = 1 / sigma_t / (1.85 - R_d + 7 * np.abs(R_d - 0.8) ** 3)
-    R = R_d * (np.exp(-r / d) + np.exp(-r / (3 * d))) / (8 * np.pi * d * r)
-    got = PROFILES["normalized"](medium, mi.Float(1e9)).value(mi.Float(r.ravel()))
-    np.testing.assert_allclose(np.array(got).T, R / (1 - hemispherical(eta)), rtol=3e-3)
+# ------------------------------ albedo and reach ------------------------------
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -368,130 +227,6 @@ def test_inside_masks_bumps_and_instances(chance, radiance):
     expected = radiance(scene(sensor=sensor, sky=SKY, **lone), 256)
     instanced = radiance(scene(sensor=sensor, sky=SKY, **instances), 256)
     chance.equal(instanced, expected, precision=0.01, of=4)
-
-
-# ------------------------------ what is one object ------------------------------
-
-
-def grid(x=(-500.0, 500.0), y=(-500.0, 500.0), z=0.0):
-    """A PLY file's mesh: a rectangle across Z of two triangles."""
-    mesh = mi.Mesh("part", 4, 2)
-    corners = [(x[0], y[0], z), (x[1], y[0], z), (x[1], y[1], z), (x[0], y[1], z)]
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = np.ravel(corners).astype(np.float32)
-    parameters["faces"] = np.array([0, 1, 2, 0, 2, 3], np.uint32)
-    parameters.update()
-    return mesh
-
-
-@pytest.fixture
-def ply(tmp_path):
-    """Function from a mesh and a material to the dictionary of a shape in a PLY file."""
-
-    def shape(mesh, bsdf, name):
-        mesh.write_ply(str(tmp_path / f"{name}.ply"))
-        return {"type": "ply", "filename": str(tmp_path / f"{name}.ply"), "bsdf": bsdf}
-
-    return shape
-
-
-def slab_reflectance(alpha, eta=1.3):
-    """What a slab returns of a uniform sky along its normal, without its mirror."""
-    return (1 - fresnel(1.0, eta)) * (1 - hemispherical(eta)) * reflectance(alpha, eta)
-
-
-def instances_of(shapes, *offsets):
-    group = {"type": "shapegroup"} | shapes
-    return {"group": group} | {
-        f"instance{i}": {
-            "type": "instance",
-            "group": {"type": "ref", "id": "group"},
-            "to_world": transform().translate(list(offset)),
-        }
-        for i, offset in enumerate(offsets)
-    }
-
-
-@pytest.mark.false_alarms(1e-3)
-def test_an_instance_diffuses(chance, radiance):
-    """A slab in an instance returns the closed form's light."""
-    world = scene(sky=SKY, **instances_of({"a": slab(translucent())}, (0, 0, 0)))
-    chance.equal(radiance(world, 8192), slab_reflectance(ALPHA), allowed=0.005, precision=0.01)
-
-
-@pytest.mark.false_alarms(1e-3)
-def test_an_instance_is_what_it_repeats(chance, radiance):
-    """A ball with all orders of scattering, beside another one."""
-    ball = {"type": "sphere", "bsdf": translucent(0.9, level=-1, g=0.5)}
-    lone = radiance(scene(sky=SKY, ball=ball))
-    instanced = radiance(scene(sky=SKY, **instances_of({"ball": ball}, (0, 0, 0), (0, 9, 0))))
-    chance.equal(instanced, lone, precision=0.01)
-
-
-@pytest.mark.false_alarms(1e-3)
-def test_two_instances_are_two_objects(chance, radiance):
-    """A slab 0.1 free paths below another one takes no light from it: there is no light below."""
-    shapes = {"a": slab(translucent(0.9))}
-    measured = radiance(scene(sky=SKY, **instances_of(shapes, (0, 0, 0), (0, 0, -0.1))))
-    chance.equal(measured, np.full(3, slab_reflectance(0.9)), allowed=0.005, precision=0.01)
-
-
-@pytest.mark.false_alarms(1e-3)
-@pytest.mark.parametrize("optimize", [True, False])
-@pytest.mark.parametrize("grouped", [False, True])
-def test_parts_of_a_surface_are_one_object(optimize, grouped, ply, chance, radiance):
-    """Two halves of a slab, of two materials that differ by what makes none: no seam.
-
-    Seen on the seam the slab returns the closed form's light. Files keep vertices apart.
-    """
-    halves = {
-        side: ply(grid(x=x), translucent(0.9, **more), side)
-        for side, x, more in (
-            ("left", (-500.0, 0.0), {}),
-            ("right", (0.0, 500.0), {"r_max": 1e4}),
-        )
-    }
-    parts = instances_of(halves, (0, 0, 0)) if grouped else halves
-    kind = {"type": "dipole", "rr_depth": 100}
-    world = {"type": "scene", "integrator": kind, "sensor": view(), "sky": SKY}
-    measured = radiance(mi.load_dict(world | parts, optimize=optimize))
-    chance.equal(measured, np.full(3, slab_reflectance(0.9)), allowed=0.005, precision=0.01)
-
-
-@pytest.mark.false_alarms(1e-3)
-def test_objects_of_one_material_are_not_one_object(ply, chance, radiance):
-    """`mi.load_dict` merges two slabs, 0.1 free paths apart, into one mesh.
-
-    A lamp between them that shines on the lower one alone is not seen above.
-    """
-    slabs = {f"slab{i}": ply(grid(z=-0.1 * i), translucent(0.9), f"slab{i}") for i in (0, 1)}
-    between = {"type": "point", "position": [0, 0, -0.05], "intensity": 3.0}
-    kind = {"type": "dipole", "rr_depth": 100}
-    world = {"type": "scene", "integrator": kind, "sensor": view(), "sky": SKY, "lamp": between}
-    merged = mi.load_dict(world | slabs)
-    assert len(merged.shapes()) == 1
-    expected = np.full(3, slab_reflectance(0.9))
-    chance.equal(radiance(merged), expected, allowed=0.005, precision=0.01)
-
-
-@pytest.mark.false_alarms(1e-3)
-def test_surfaces_of_one_name_are_one_object(ply, chance, radiance):
-    """Two halves that do not touch, by a hair, are one object if the material says so."""
-    gap = 1e-3
-    kind = {"type": "dipole", "rr_depth": 100}
-    world = {"type": "scene", "integrator": kind, "sensor": view((0.1, 0, 100)), "sky": SKY}
-    world["sensor"]["to_world"] = transform().look_at([0.01, 0, 100], [0.01, 0, 0], [0, 1, 0])
-    results = []
-    for name in ("jade", ""):
-        bsdf = translucent(0.9, object=name)
-        halves = {
-            "left": ply(grid(x=(-500.0, -gap)), bsdf, "left"),
-            "right": ply(grid(x=(gap, 500.0)), bsdf, "right"),
-        }
-        results.append(radiance(mi.load_dict(world | halves)))
-    expected = np.full(3, slab_reflectance(0.9))
-    chance.equal(results[0], expected, allowed=0.005, precision=0.01)
-    assert np.all(results[1].mean < 0.75 * expected)
 
 
 # ------------------------------ ends of the ranges ------------------------------
