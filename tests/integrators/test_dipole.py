@@ -1,6 +1,5 @@
 """`dipole` against closed forms, against `path`, and at the ends of every parameter's range."""
 
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np

@@ -1,6 +1,5 @@
 """What counts as one translucent object: instances, parts, names, materials."""
 
-
 import mitsuba as mi
 import numpy as np
 import pytest

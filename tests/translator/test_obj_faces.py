@@ -1,6 +1,5 @@
 """Polygons of any shape, and corners that lack an attribute."""
 
-
 import numpy as np
 import pytest
 

@@ -1,6 +1,5 @@
 """Normals of vertices."""
 
-
 import numpy as np
 
 from relume.translator.obj import read_obj

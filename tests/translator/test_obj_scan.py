@@ -1,6 +1,5 @@
 """The scan: which files Mitsuba's own reader reads as ours does."""
 
-
 import pytest
 
 from relume.translator import obj_scan

@@ -1,6 +1,5 @@
 """Numbers and corners of OBJ text, converted in bulk."""
 
-
 import numpy as np
 import pytest
 

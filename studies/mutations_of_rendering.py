@@ -1,0 +1,123 @@
+"""Errors of integrators, cameras and sessions that tests have to find."""
+
+from studies.mutations import of
+
+DISPERSIVE, DIPOLE = "integrators/test_dispersivepath.py", "integrators/test_dipole.py"
+METROPOLIS = "integrators/test_metropolis.py"
+SESSION, MATERIALS = "relume/test_session.py", "translator/test_materials.py"
+
+dispersive_path = of(
+    "integrators/dispersivepath.py", f"{DISPERSIVE}::test_is_path_without_dispersion"
+)
+shared = of("integrators/common.py", f"{DISPERSIVE}::test_is_path_without_dispersion")
+chains = of("integrators/markovchains.py", f"{METROPOLIS}::test_constant_radiance")
+steps = of("integrators/primarysamples.py", f"{METROPOLIS}::test_mutations_are_symmetric")
+frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
+mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
+redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
+response = of("integrators/samplescale.py", "integrators/test_samplescale.py")
+camera = of("sensors/screencamera.py", "sensors/test_screencamera.py")
+pixels = of("sensors/pixelsamples.py", "sensors/test_pixelsamples.py")
+session = of("relume/session.py", f"{SESSION}::test_a_sky_alone_is_exact")
+accumulator = of("relume/accumulator.py", f"{SESSION}::test_a_sky_alone_is_exact")
+
+RENDERING = [
+    shared(
+        "lamps that rays hit 2 % too bright",
+        "return ds.emitter.eval(si, active) * power",
+        "return 1.02 * ds.emitter.eval(si, active) * power",
+    ),
+    dispersive_path(
+        "sampled lamps 2 % too bright",
+        "dr.fma(β, f * em_weight * mis, L)",
+        "dr.fma(β, 1.02 * f * em_weight * mis, L)",
+    ),
+    shared(
+        "roulette 2 % too bright",
+        "throughput * dr.rcp(survival)",
+        "throughput * 1.02 * dr.rcp(survival)",
+    ),
+    dispersive_path(
+        "hero wavelength 2 % too bright",
+        "mi.Float(wavelengths), 1)",
+        "mi.Float(1.02 * wavelengths), 1)",
+        f"{DISPERSIVE}::test_white_furnace",
+    ),
+    chains(
+        "acceptance of chains 2 % too high",
+        "dr.minimum(1, I_new / I), 1)",
+        "dr.minimum(1, 1.02 * I_new / I), 1)",
+        f"{METROPOLIS}::test_chains_visit_by_density",
+    ),
+    chains(
+        "states of chains 2 % too bright",
+        "weight, weight_new) * units[1]",
+        "weight, weight_new) * 1.02 * units[1]",
+    ),
+    chains(
+        "large steps 2 % too bright",
+        "large_new) * c * units[0]",
+        "large_new) * c * 1.02 * units[0]",
+    ),
+    chains(
+        "proposals 2 % too dark", "weight_new, large_new = a,", "weight_new, large_new = 0.98 * a,"
+    ),
+    steps("steps of one size 2 % off centre", "(2 * r - 1) * size", "(2 * r - 0.98) * size"),
+    frame(
+        "direct light of chains 2 % too bright",
+        "self.direct, rng, count)[0]",
+        "self.direct, rng, count)[0] * 1.02",
+    ),
+    mlt("b 2 % too high", "b = I.mean(1)", "b = 1.02 * I.mean(1)"),
+    mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),
+    mlt(
+        "bright paths correct b in full",
+        "MAX_SHARE = 1 / 16",
+        "MAX_SHARE = 1e9",
+        f"{METROPOLIS}::test_few_seeds_leave_no_negative_pixels",
+    ),
+    redistribution("energy of the seeds 2 % too high", "(I.mean() *", "(1.02 * I.mean() *"),
+    response(
+        "limit of the luminance 2 % too high",
+        "self.luminance_limit / dr",
+        "1.02 * self.luminance_limit / dr",
+    ),
+    response(
+        "response 2 % too high", "return L * self.response,", "return 1.02 * L * self.response,"
+    ),
+    camera("picture 2 % too wide", "(0.5 - p) * self.width", "(0.5 - p) * 1.02 * self.width"),
+    camera("focus 2 % too far", "(self.focus_distance / dr", "(1.02 * self.focus_distance / dr"),
+    camera("lens 2 % too large", "0) * self.aperture_radius", "0) * 1.02 * self.aperture_radius"),
+    session(
+        "sum of a pass 2 % too high",
+        "samples = [*color, *(color * color)]",
+        "samples = [*(1.02 * color), *(color * color)]",
+    ),
+    session(
+        "sum of a pass by other integrators 2 % too high",
+        "else channels[:3]) * np.float32(spp)",
+        "else channels[:3]) * np.float32(1.02 * spp)",
+    ),
+    accumulator(
+        "half a percent of the samples lost",
+        "self.sum.value() / self.spp)",
+        "self.sum.value() / (1.005 * self.spp))",
+    ),
+    accumulator(
+        "variance of a picture divided by n",
+        "((n - 1) * self.spp)",
+        "(n * self.spp)",
+        "relume/test_accumulator.py",
+    ),
+    accumulator(
+        "squares of a pass 2 % too low",
+        "self.squares.add(found.squares)",
+        "self.squares.add(np.float32(0.98) * found.squares)",
+        "relume/test_accumulator.py",
+    ),
+    pixels(
+        "tent 2 % too wide",
+        "radius = 0.5 if abs",
+        "radius = 0.51 if abs",
+    ),
+]
