@@ -93,7 +93,7 @@ import mitsuba as mi
 import numpy as np
 
 from relume.emitters.common import sample_side, sample_surface_ray, sphere_of
-from relume.emitters.domemaps import cell_solid_angles, find_map, texel
+from relume.emitters.dome_sampling import cell_solid_angles, find_map, texel
 from relume.sensors.colors import LUMINANCE
 
 

@@ -14,7 +14,7 @@ surface_rays = of(
 )
 area = of("emitters/twosidedarea.py", f"{AREA}::test_shines_where_a_stock_area_light_is_black")
 dome = of("emitters/ibldome.py", f"{DOME}::test_sampling_density")
-dome_maps = of("emitters/domemaps.py", f"{DOME}::test_sampling_density")
+dome_maps = of("emitters/dome_sampling.py", f"{DOME}::test_sampling_density")
 dome_formulas = of("relume/dome_maps.py", "relume/test_dome_maps.py")
 
 LIGHTS = [
@@ -90,7 +90,7 @@ LIGHTS = [
         "dome 2 % too bright",
         "return dr.select(active, value * self.scale, 0.0)",
         "return dr.select(active, 1.02 * value * self.scale, 0.0)",
-        "emitters/test_domemaps.py::test_every_direction_meets_the_nearest_texel",
+        "emitters/test_dome_sampling.py::test_every_direction_meets_the_nearest_texel",
     ),
     dome(
         "density of the dome 2 % too high, in sampling and in asking",
@@ -127,6 +127,6 @@ LIGHTS = [
         "light probe 2 % too wide",
         "rho = m.atan2(",
         "rho = 0.98 * m.atan2(",
-        "emitters/test_domemaps.py::test_every_direction_meets_the_nearest_texel",
+        "emitters/test_dome_sampling.py::test_every_direction_meets_the_nearest_texel",
     ),
 ]

@@ -14,7 +14,7 @@ r"""Picture on a sphere by a map of image-based lights (``spheremap``)
      - string
      - How the picture covers the sphere: ``transposed``, ``panoramic``, ``angular``,
        ``angular_mirrored``, ``equirectangular`` or ``hemisphere``; see
-       `relume.emitters.domemaps`. Default: ``transposed``.
+       `relume.emitters.dome_sampling`. Default: ``transposed``.
    * - ``center``
      - point
      - Centre :math:`c` of the sphere [scene unit]. Default: 0, 0, 0.
@@ -50,7 +50,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.emitters.domemaps import find_map
+from relume.emitters.dome_sampling import find_map
 
 
 def define() -> type[mi.Texture]:

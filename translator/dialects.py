@@ -98,6 +98,8 @@ DIFFERENCES = {
         Difference("fog-sky", "10.1", "a medium around everything",
                    "rays that meet nothing pass it freely", "never"),
         Difference("sss-dipole", "10.2", "standard dipole", "directional dipole", "switch"),
+        Difference("sss-radius", "10.2", "`MATERIAL_R_MAX` limits the search where a file has it",
+                   "it limits that of every object, by default", "switch"),
         Difference("sss-energy", "10.2", "the dipole of Jensen et al. 2001",
                    "a whole dielectric beside it, too bright", "never"),
         Difference("sss-simulation", "10.2", "random walk", "walk with excess energy", "never"),

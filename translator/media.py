@@ -217,8 +217,10 @@ def search_radius(block: SceneObject, medium: HomogeneousMedium, dialect: str) -
 
     The manual's 1.25 sqrt(log(1e-4) / -sigma_t) R_max, with the least reduced extinction of the
     channels, loses a tenth to a half of the light that its own table says is reflected. So it
-    limits what a file sets `MATERIAL_R_MAX` for, and all objects in the dialect `prender`.
+    limits what a file sets `MATERIAL_R_MAX` for, and all objects in the dialect `prender` (row
+    sss-radius).
     """
+    block.lines.remark("subsurface", "sss-radius", dialect=dialect)
     reduced = medium.reduced
     asked = block.lines.is_set("material_r_max") or dialect == "prender"
     if not asked or reduced.min() <= 0:

@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from relume.emitters.domemaps import MAPS
+from relume.emitters.dome_sampling import MAPS
 
 
 @pytest.mark.false_alarms(1e-3)

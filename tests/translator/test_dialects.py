@@ -195,6 +195,16 @@ def test_mlt():
     assert prender == manual | {"mutation": "lux"}
 
 
+def test_sss_radius():
+    """No limit, or the program's, by default; one that a file sets counts in both."""
+    apple = OFF + SSS + "MATERIAL_SYMBOL\nApple\n"
+    program = 1.25 * (np.log(1e4) / (1.97 + 0.046)) ** 0.5
+    for more, ends in (("", (0, program)), ("MATERIAL_R_MAX\n2\n", (2 * program,) * 2)):
+        for translation, end in zip(both(apple + more), ends, strict=True):
+            assert translation.scene["object_3"]["bsdf"]["r_max"] == pytest.approx(end)
+            assert "sss-radius" in notes(translation)
+
+
 def test_every_switch_is_tested():
     """Each row of kind `switch` has a test above that is named after it."""
     switches = {row.id for row in DIFFERENCES.values() if row.kind == "switch"}

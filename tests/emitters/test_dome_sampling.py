@@ -5,7 +5,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from relume.emitters.domemaps import MAPS, cell_solid_angles
+from relume.emitters.dome_sampling import MAPS, cell_solid_angles
 from relume.translator import environment_maps
 
 # Near each axis, but on no boundary of a texel.

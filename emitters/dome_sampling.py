@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -16,7 +18,7 @@ def _latlong_density(sine: mi.Float) -> mi.Float:
     return dr.rcp(2.0 * dr.square(dr.pi) * dr.maximum(sine, SINE_FLOOR))
 
 
-class DomeMap:
+class DomeMap(ABC):
     """A map of `dome_maps.FORMULAS`; each map has its own class below.
 
     Args:
@@ -30,13 +32,13 @@ class DomeMap:
         """Image coordinates of unit vectors."""
         return mi.Point2f(*self.formula(dr, n.x, n.y, n.z))
 
+    @abstractmethod
     def to_direction(self, uv: mi.Point2f) -> mi.Vector3f:
         """The inverse of `to_uv`: unit vectors, NaN where the image shows no direction."""
-        raise NotImplementedError
 
+    @abstractmethod
     def density(self, n: mi.Vector3f) -> mi.Float:
         """Area in (u, v) per solid angle at unit vectors."""
-        raise NotImplementedError
 
 
 class Transposed(DomeMap):
