@@ -23,7 +23,7 @@ from relume.session import CannotRender, reason, set_variant
 from relume.translator import Document, Translation, files_read
 from relume.translator.plan import METROPOLIS, RGB, SPECTRAL, RenderPlan, plugin_types
 from relume.translator.scene import OWN_PLUGINS
-from relume.translator.scene_values import Matrix
+from relume.translator.scene_values import Entry, Matrix
 
 SUFFIX = ".xml"
 
@@ -35,9 +35,6 @@ DEFAULTS: dict[str, dict[str, Any]] = {
 
 SIZE, SAMPLES = (768, 576), 4
 """Mitsuba's defaults of a film and a sampler."""
-
-Entry = dict[str, Any]
-"""A dictionary of plain values, as a translation holds it."""
 
 
 @dataclass(frozen=True)

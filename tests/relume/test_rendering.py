@@ -18,6 +18,7 @@ import relume
 from relume import destination, output, passes
 from relume.accumulator import Accumulator
 from relume.rendering import in_words, render_file
+from relume.translator.darkness import NOTHING_SEEN
 
 PATIENCE = 600
 """Time for another process to begin or end on a busy machine [s]."""
@@ -49,6 +50,22 @@ def files(folder):
     """Names of all files below a folder, links not followed."""
     paths = (os.path.join(at, name) for at, _, names in os.walk(folder) for name in names)
     return sorted(os.path.relpath(path, folder) for path in paths)
+
+
+# ---- notes on the picture as a whole
+
+
+@pytest.mark.parametrize("target, told", [("0 2 0", False), ("0 90 14.001", True)])
+def test_a_camera_that_nothing_is_before_is_told(room, here, console, target, told):
+    """The room from its door, and the sky above it; the picture is written all the same."""
+    path = room("CAMERA_UPVEC\n0 0 1")
+    path.write_text(path.read_text().replace("TARGET_POS\n0 2 0", f"TARGET_POS\n{target}"))
+    written = render_file(path, out="a.exr", console=console)
+    assert written == (Path("a.exr"),)
+    picture = np.array(mi.Bitmap("a.exr"))[..., :3]
+    assert np.isfinite(picture).all() and picture.min() >= 0
+    assert (np.ptp(picture) < 0.4) == told
+    assert (NOTHING_SEEN.text in console.export_text()) == told
 
 
 # ---- names
