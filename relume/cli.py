@@ -1,4 +1,4 @@
-"""The command line: `relume check | render | merge | convert | scenes`, the workbench, `doctor`."""
+"""The command line: `relume check | merge | convert | scenes | doctor`, pictures, the workbench."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import Any, TextIO
 
 import click
 
+from relume.cli_pictures import develop, render
 from relume.command_errors import readable_errors
 from relume.command_options import (
-    Passes,
-    cluster_options,
     not_nan,
     render_option,
     scene_options,
@@ -72,57 +71,8 @@ def check(
     sys.exit(checking.exit_status(results) if results else 1)
 
 
-@main.command()
-@click.argument("scene", type=click.Path())
-@click.option(
-    "-o",
-    "--output",
-    "out",
-    metavar="FILE",
-    help="Picture file (.exr .hdr .png .bmp .ppm), or a folder.",
-)
-@render_option("spp")
-@render_option("size")
-@render_option("integrator")
-@render_option("variant")
-@render_option("seed")
-@click.option(
-    "--time-limit",
-    type=click.FloatRange(min=0),
-    metavar="SECONDS",
-    callback=not_nan,
-    help="Stop then, with what there is.",
-)
-@click.option("--resume", is_flag=True, help="Go on with the passes that FILE.passes.exr holds.")
-@click.option("--keep", is_flag=True, help="Leave them there for a later --resume with more --spp.")
-@click.option(
-    "--passes",
-    type=Passes(),
-    help="Render passes START to STOP - 1 alone, into -o PART.exr for relume merge.",
-)
-@click.option(
-    "--per-pass",
-    type=click.IntRange(min=1),
-    metavar="SPP",
-    help="Samples of a pixel in a pass: more for many workers, see docs/scaling.md.",
-)
-@cluster_options
-@scene_options
-def render(
-    scene: str,
-    resume: bool,
-    keep: bool,
-    passes: tuple[int, int] | None,
-    per_pass: int | None,
-    **options: Any,
-) -> None:
-    """Render a scene file, or a Mitsuba scene (.xml); Ctrl-C keeps the picture so far."""
-    from relume.rendering import PassOptions, render_file
-
-    kept = PassOptions(resume, keep, passes, per_pass)
-    with readable_errors():
-        for path in render_file(scene, passes=kept, console=console(stderr=True), **options):
-            click.echo(path)
+main.add_command(render)
+main.add_command(develop)
 
 
 @main.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -11,6 +12,7 @@ import click
 
 from relume.command_errors import readable_errors
 from relume.options import RenderOptions
+from relume.tone import AUTO, MOST_STOPS, TONE_MAPS, Look
 from relume.translator.dialects import DIALECTS
 
 SIZE = "WIDTHxHEIGHT"
@@ -46,6 +48,45 @@ class Passes(click.ParamType):
         if not (start.isdecimal() and stop.isdecimal() and int(start) < int(stop)):
             self.fail(f"expected START:STOP, such as 10:20, found '{value}'", param, ctx)
         return int(start), int(stop)
+
+
+class Noise(click.ParamType):
+    """A noise such as 5%."""
+
+    name = "PERCENT"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """The ratio to the mean."""
+        number = str(value).removesuffix("%").strip()
+        try:
+            ratio = float(number) / 100
+        except ValueError:
+            ratio = -1.0
+        if not (str(value).endswith("%") and 0 < ratio < math.inf):
+            self.fail(f"expected a percentage such as 5%, found '{value}'", param, ctx)
+        return ratio
+
+
+class Exposure(click.ParamType):
+    """An exposure in stops such as -1.5, or `auto`."""
+
+    name = "auto|EV"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | str:
+        """The number of stops, or `auto`."""
+        if value == AUTO:
+            return AUTO
+        try:
+            stops = float(value)
+        except ValueError:
+            stops = math.nan
+        if not abs(stops) <= MOST_STOPS:
+            self.fail(f"expected auto or stops such as -1.5, found '{value}'", param, ctx)
+        return stops
 
 
 def not_nan(_ctx: click.Context, _param: click.Parameter, value: float | None) -> float | None:
@@ -101,6 +142,32 @@ def render_option(field: str, **changes: Any) -> Callable[[Command], Command]:
 def scene_options(command: Command) -> Command:
     """Options of every command that translates a scene: `--dialect` and `--asset-path`."""
     return render_option("dialect")(render_option("asset_path")(command))
+
+
+def look_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options of a command that writes pictures to look at; it gets `look`."""
+
+    @functools.wraps(command)
+    def with_look(exposure: float | str, tone_map: str, **options: Any) -> Any:
+        return command(look=Look(exposure, tone_map), **options)
+
+    for option in (
+        click.option(
+            "--tone-map",
+            type=click.Choice(list(TONE_MAPS)),
+            default="linear",
+            show_default=True,
+            help="Curve of pictures encoded for display (.png .bmp .ppm).",
+        ),
+        click.option(
+            "--exposure",
+            type=Exposure(),
+            default=0.0,
+            help="Their exposure in stops, each a factor of 2, or auto.",
+        ),
+    ):
+        with_look = option(with_look)
+    return with_look
 
 
 # ---- clusters

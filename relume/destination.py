@@ -82,7 +82,12 @@ class Destination:
         return output.safe_path(self.stem + PASSES, self.folder)[0]
 
     def write(
-        self, document: Document, accumulator: Accumulator, seconds: float, spectral: bool
+        self,
+        document: Document,
+        accumulator: Accumulator,
+        seconds: float,
+        spectral: bool,
+        finish: output.Finish = output.PLAIN,
     ) -> output.Written:
         """Write the picture; one that the scene names gets a BMP beside it, as the manual says.
 
@@ -91,12 +96,14 @@ class Destination:
             accumulator: what was rendered.
             seconds: that it took, for the name.
             spectral: whether it was rendered by wavelength, for the name.
+            finish: what the files get besides.
 
         Raises:
             OutputError: it cannot be written.
         """
+        image, gamma = accumulator.image(), document.gamma_offset
         if self.exact is not None:
-            return output.write_image(self.exact, accumulator.image(), document.gamma_offset)
+            return output.write_image(self.exact, image, gamma, finish)
         method = metropolis(document)
         name = output.output_name(
             self.stem,
@@ -113,7 +120,7 @@ class Destination:
         path, note = output.safe_path(name, self.folder)
         self.notes += [note] if note else []
         path = self.inputs.spared(path, output.bmp_beside)
-        return output.write_outputs(path, accumulator.image(), document.gamma_offset)
+        return output.write_outputs(path, image, gamma, finish)
 
     def dump_path(self, index: int) -> Path:
         """Path of a picture of the progress: `image/box_W000001.bmp` beside the picture `box`."""
@@ -138,16 +145,22 @@ class Dumps:
         document: gives `IMAGEDUMP` [s] and the gamma.
         destination: where pictures go.
         time_limit: seconds, or None; with a limit the interval is at most a minute.
+        finish: of the pictures.
     """
 
     def __init__(
-        self, document: Document, destination: Destination, time_limit: float | None
+        self,
+        document: Document,
+        destination: Destination,
+        time_limit: float | None,
+        finish: output.Finish = output.PLAIN,
     ) -> None:
         self.interval = document.image_dump or float("inf")
         if time_limit is not None:
             self.interval = min(self.interval, DUMP_INTERVAL)
         self.gamma = document.gamma_offset
         self.destination = destination
+        self.finish = finish
         self.next = self.interval
         self.count = 0
 
@@ -157,4 +170,5 @@ class Dumps:
             return
         self.count += 1
         self.next = seconds + self.interval
-        output.write_image(self.destination.dump_path(self.count), accumulator.image(), self.gamma)
+        path = self.destination.dump_path(self.count)
+        output.write_image(path, accumulator.image(), self.gamma, self.finish)

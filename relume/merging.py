@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from relume import fingerprint, output, passes_file
+from relume import fingerprint, metadata, output, passes_file
 from relume.destination import PASSES
 from relume.passes import PassPlan, PassSet
 from relume.passes_file import Header
@@ -54,7 +54,8 @@ def merge(
     if out.name.endswith(PASSES):
         passes_file.write(out, accumulator, header)
         return (out,), missing
-    return output.write_image(out, accumulator.image(), header.gamma).paths, missing
+    finish = output.Finish(metadata=metadata.of_picture(header, accumulator))
+    return output.write_image(out, accumulator.image(), header.gamma, finish).paths, missing
 
 
 def checked(parts: Sequence[str | Path]) -> tuple[Header, PassSet]:

@@ -8,19 +8,20 @@ renamed, so that a reader sees the old picture or the new one and never half of 
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import re
 import secrets
 import unicodedata
 import zlib
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-DISPLAY_EXPONENT = 1 / 2.2
+from relume.picture_formats import WRITERS, Contents
+from relume.tone import AS_IT_IS, DISPLAY_EXPONENT, Look
+
 LONGEST_NAME = 200  # bytes; file systems end at 255, and a temporary name must fit as well
 LONGEST_PATH = 1000
 RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)\s*(\.|$)", re.IGNORECASE)
@@ -42,6 +43,24 @@ class Written:
 
     paths: tuple[Path, ...]
     repaired: int
+
+
+@dataclass(frozen=True)
+class Finish:
+    """What a picture file gets besides its pixels.
+
+    Attributes:
+        look: exposure and tone curve of formats that are encoded for display.
+        metadata: texts by name, for `.exr` and `.png`.
+        layers: further channels by name, (height, width), for `.exr`.
+    """
+
+    look: Look = AS_IT_IS
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    layers: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+PLAIN = Finish()
 
 
 def output_name(
@@ -184,13 +203,21 @@ def check_format(path: str | Path) -> None:
         raise OutputError(f"cannot write {path}: {found}, expected one of {' '.join(WRITERS)}")
 
 
-def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
+def is_linear(path: str | Path) -> bool:
+    """Whether a picture's file holds linear radiance; its extension is that of a format."""
+    return WRITERS[split_extension(Path(path).name)[1].lower()][1]
+
+
+def write_outputs(
+    path: str | Path, image: np.ndarray, gamma: float = 0.0, finish: Finish = PLAIN
+) -> Written:
     """Write a picture and, as the original program does, a BMP beside it.
 
     Args:
         path: the file; the extension chooses its format as for `write_image`.
         image: linear RGB, shape (height, width, 3), row 0 at the top.
         gamma: the scene's ``gamma_offset``.
+        finish: what the files get besides.
 
     Returns:
         The picture and the BMP (once, if it is the BMP).
@@ -198,11 +225,11 @@ def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Wr
     Raises:
         OutputError: a file cannot be written.
     """
-    written = write_image(path, image, gamma)
+    written = write_image(path, image, gamma, finish)
     picture = written.paths[0]
     if picture.suffix.lower() == ".bmp":
         return written
-    beside = write_image(bmp_beside(picture), image, gamma)
+    beside = write_image(bmp_beside(picture), image, gamma, finish)
     return Written(written.paths + beside.paths, written.repaired)
 
 
@@ -211,7 +238,9 @@ def bmp_beside(path: Path) -> Path:
     return path.with_name(split_extension(path.name)[0] + ".bmp")
 
 
-def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
+def write_image(
+    path: str | Path, image: np.ndarray, gamma: float = 0.0, finish: Finish = PLAIN
+) -> Written:
     """Write a picture in the format of its extension (in any case).
 
     ``.hdr`` (Radiance RGBE) and ``.exr`` (float32 R, G, B) are linear; ``.png``, ``.bmp`` (24 bit)
@@ -223,6 +252,7 @@ def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Writ
         image: linear RGB, shape (height, width, 3), row 0 at the top.
         gamma: the scene's ``gamma_offset``: the exponent e where its magnitude is above
             0.01, else e = 1/2.2; without effect on linear formats.
+        finish: what the file gets besides.
 
     Returns:
         The file's path, and the number of pixels that had to be repaired.
@@ -241,9 +271,12 @@ def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Writ
     check_format(path)
     write, linear = WRITERS[path.suffix.lower()]
     image, repaired = repair(image)
-    pixels = image if linear else encode_display(image, gamma)
+    contents = Contents(image, finish.metadata, finish.layers)
+    if not linear:
+        shown, texts = finish.look.applied(image), finish.look.metadata(image)
+        contents = Contents(encode_display(shown, gamma), {**finish.metadata, **texts})
     with replacing(path) as temporary:
-        write(temporary, pixels)
+        write(temporary, contents)
     return Written((path,), repaired)
 
 
@@ -276,99 +309,6 @@ def encode_display(image: np.ndarray, gamma: float = 0.0) -> np.ndarray:
     with np.errstate(divide="ignore"):  # black under a negative exponent is white
         encoded = np.clip(image, 0, 1).astype(np.float64) ** exponent
     return (255 * np.minimum(encoded, 1) + 0.5).astype(np.uint8)
-
-
-def encode_rgbe(image: np.ndarray) -> np.ndarray:
-    """Encode linear radiance as Radiance RGBE: value = mantissa · 2^(exponent - 136).
-
-    Mantissas are rounded to nearest, as today's readers add no half step back.
-
-    Args:
-        image: finite, not negative, shape (height, width, 3).
-
-    Returns:
-        uint8, shape (height, width, 4).
-
-    Source: Ward, Real Pixels, Graphics Gems II, 1991.
-    """
-    brightest = image.max(axis=2).astype(np.float64)
-    _, exponent = np.frexp(brightest)
-    # 255.5 / 256 would round up to 256: such a value belongs to the next exponent.
-    exponent += brightest >= np.ldexp(255.5 / 256, exponent)
-    exponent = np.clip(exponent, -127, 127)
-    mantissa = np.ldexp(image.astype(np.float64), 8 - exponent[..., None])
-    mantissa = np.minimum(np.floor(mantissa + 0.5), 255)
-    rgbe = np.concatenate([mantissa, exponent[..., None] + 128], axis=2).astype(np.uint8)
-    rgbe[(rgbe[..., :3] == 0).all(axis=2)] = 0
-    return rgbe
-
-
-def _write_hdr(path: Path, image: np.ndarray) -> None:
-    height, width, _ = image.shape
-    rgbe = encode_rgbe(image)
-    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
-    # Run-length encoding exists for these widths only; other widths are stored flat.
-    body = _pack_scanlines(rgbe) if 8 <= width < 32768 else rgbe.tobytes()
-    path.write_bytes(header + body)
-
-
-def _pack_scanlines(rgbe: np.ndarray) -> bytes:
-    """Store scanlines channel by channel in literal runs: noise leaves nothing to repeat."""
-    height, width, _ = rgbe.shape
-    starts = range(0, width, 128)
-    packed = np.empty((height, 4, width + len(starts)), np.uint8)
-    for run, start in enumerate(starts):
-        length = min(128, width - start)
-        packed[:, :, start + run] = length
-        packed[:, :, start + run + 1 : start + run + 1 + length] = rgbe[
-            :, start : start + length
-        ].transpose(0, 2, 1)
-    marker = np.array([2, 2, width >> 8, width & 255], np.uint8)
-    marker = np.broadcast_to(marker, (height, 4))
-    return np.concatenate([marker, packed.reshape(height, -1)], axis=1).tobytes()
-
-
-def _write_exr(path: Path, image: np.ndarray) -> None:
-    import OpenEXR
-
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    channels = {name: np.ascontiguousarray(image[..., i]) for i, name in enumerate("RGB")}
-    OpenEXR.File(header, channels).write(str(path))
-
-
-def _write_ppm(path: Path, pixels: np.ndarray) -> None:
-    height, width, _ = pixels.shape
-    digits = np.array([list(f"{value:3d} ".encode()) for value in range(256)], np.uint8)
-    text = digits[pixels]
-    text[:, :, 2, 3] = ord("\n")
-    path.write_bytes(f"P3\n{width} {height}\n255\n".encode() + text.tobytes())
-
-
-def _write_png(path: Path, pixels: np.ndarray) -> None:
-    path.write_bytes(_pillow(pixels, "PNG"))
-
-
-def _write_bmp(path: Path, pixels: np.ndarray) -> None:
-    path.write_bytes(_pillow(pixels, "BMP"))
-
-
-def _pillow(pixels: np.ndarray, format: str) -> bytes:
-    """Encode in memory: written to a file directly, Pillow's BMP is silently cut on a full disk."""
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    Image.fromarray(pixels).save(buffer, format=format)
-    return buffer.getvalue()
-
-
-# extension: writer, whether it takes linear values
-WRITERS: dict[str, tuple[Callable[[Path, np.ndarray], None], bool]] = {
-    ".hdr": (_write_hdr, True),
-    ".exr": (_write_exr, True),
-    ".png": (_write_png, False),
-    ".bmp": (_write_bmp, False),
-    ".ppm": (_write_ppm, False),
-}
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ class Header:
         spp: samples per pixel that the render is to have in the end.
         seconds: time that they took.
         gamma: the scene's `gamma_offset`, for pictures encoded for display.
+        facts: what the picture says of its scene, as `metadata.of_scene`.
         size: width and height [pixel].
         passes: as `PassSet` writes itself.
         observations: as `Accumulator`.
@@ -51,6 +52,7 @@ class Header:
     spp: int
     seconds: float
     gamma: float
+    facts: dict[str, str] = field(default_factory=dict)
     size: tuple[int, ...] = ()
     passes: str = ""
     observations: int = 0
@@ -117,10 +119,11 @@ def read_header(path: str | Path) -> Header:
         header = Header(**json.loads(text))
         numbers = (*header.size, header.spp, header.observations)
         sound = len(numbers) == 4 and len(header.done) and isinstance(header.render, dict)
+        sound = sound and all(isinstance(text, str) for text in header.facts.values())
         if not sound or not all(isinstance(n, int) and n > 0 for n in numbers):
             raise ValueError("numbers out of range")
         float(header.seconds), float(header.gamma)
-    except (TypeError, ValueError) as error:
+    except (AttributeError, TypeError, ValueError) as error:
         raise NoPasses(f"{path}: passes with a damaged header: {error}") from None
     if header.format != FORMAT:
         raise NoPasses(f"{path}: passes of format {header.format}, expected {FORMAT}")

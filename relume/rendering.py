@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from relume import cluster as clusters
-from relume import fingerprint, output
+from relume import fingerprint, metadata, noise, output, render_reports
 from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
 from relume.destination import Destination, Dumps, Keep
@@ -22,6 +20,7 @@ from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
 from relume.progress import Progress, TimeLimit, interruptible, progress_bar
 from relume.session import CannotRender, accumulate, sees_nothing
+from relume.tone import AS_IT_IS, Look
 from relume.translator import Document, Translation
 from relume.translator.darkness import NOTHING_SEEN
 
@@ -39,12 +38,15 @@ class PassOptions:
         only: (start, stop) to render these passes alone, and write them, not a picture.
         per_pass: samples of a pixel in a pass, 1 or more; None for the usual number. Others give
             another picture, as good.
+        noise: of the picture, relative to its mean, at which the render ends; without a number of
+            samples in the options, the scene's own does not end it. None for no such end.
     """
 
     resume: bool = False
     keep: bool = False
     only: tuple[int, int] | None = None
     per_pass: int | None = None
+    noise: float | None = None
 
 
 EVERY_PASS = PassOptions()
@@ -57,17 +59,50 @@ class Ended(NamedTuple):
     why: str
 
 
-def render_file(
+@dataclass(frozen=True)
+class Rendered:
+    """What a render came to.
+
+    Attributes:
+        paths: the files written, the picture first.
+        size: width and height [pixel].
+        spp: samples of a pixel in the picture.
+        noise: of a pixel, relative to the mean; NaN where it is unknown.
+        seconds: that all passes took.
+        why: it ended early; an empty string if it did not.
+        losses: what is not rendered as written.
+    """
+
+    paths: tuple[Path, ...]
+    size: tuple[int, int]
+    spp: int
+    noise: float
+    seconds: float
+    why: str
+    losses: tuple[str, ...]
+
+
+def render_file(scene: SceneSource, *arguments: Any, **options: Any) -> tuple[Path, ...]:
+    """Render a scene and write its picture; arguments and errors as `render_scene`.
+
+    Returns:
+        Paths of the files written, the picture first.
+    """
+    return render_scene(scene, *arguments, **options).paths
+
+
+def render_scene(
     scene: SceneSource,
     options: RenderOptions | None = None,
     *,
     out: str | Path | None = None,
     passes: PassOptions = EVERY_PASS,
     time_limit: float | None = None,
+    look: Look = AS_IT_IS,
     cluster: clusters.Cluster | None = None,
     console: Console,
     **changes: Any,
-) -> tuple[Path, ...]:
+) -> Rendered:
     """Render a scene and write its picture.
 
     Args:
@@ -76,12 +111,13 @@ def render_file(
         out: picture file, or a folder, as `Destination`.
         passes: which passes, and whether they are kept.
         time_limit: seconds after which rendering stops with what it has; None for the scene's.
+        look: exposure and tone curve of pictures encoded for display.
         cluster: `relume.cluster.Cluster` that renders, or None for this process.
         console: `rich.console.Console` for progress and notes.
         changes: fields of `RenderOptions`, in place of those of `options`.
 
     Returns:
-        Paths of the files written, the picture first.
+        `Rendered`.
 
     Raises:
         CannotRender: as `relume.render`; and the passes left there are of another render, or of
@@ -91,7 +127,9 @@ def render_file(
     """
     options = RenderOptions.of(options, **changes)
     translation, inputs = translated_with_inputs(scene, options)
-    report_losses(translation, console)
+    translation = with_goal(translation, options, passes)
+    goal = noise.Goal(passes.noise, translation.plan.spp)
+    render_reports.report_losses(translation, console)
     document, planned = translation.document, translation.plan
     options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
     destination = Destination(document, out, inputs)
@@ -104,35 +142,59 @@ def render_file(
     to_do = passes_to_render(plan, accumulator.done, passes.only)
     asked = accumulator.spp + to_do.spp
     limit = time_limit_of(document, time_limit)
-    keeps = checkpoint.offer, Dumps(document, destination, limit).offer
+    dumps = Dumps(document, destination, limit, output.Finish(look))
+    keeps = checkpoint.offer, dumps.offer
     with interruptible() as stop:
         ended = Ended(0.0, "")
-        if len(to_do):
+        if len(to_do) and not goal.reached(accumulator):
             with rendered_passes(translation, options, to_do, cluster, checkpoint) as found:
                 steps = accumulate(found, accumulator, len(to_do), asked)
-                ended = run(steps, accumulator, keeps, limit, stop, console)
+                ended = run(steps, accumulator, keeps, limit, stop, console, goal)
         if not accumulator.done:
             raise CannotRender(f"{ended.why} before the first pass was done")
         unfinished = bool(ended.why) or passes.keep
         if unfinished:
             checkpoint.save(accumulator, ended.seconds)
         spectral = "spectral" in planned.variant
+        seconds = checkpoint.seconds + ended.seconds
         if part:
             checkpoint.write(part, accumulator, ended.seconds)
             written = output.Written((part,), 0)
         else:
-            seconds = checkpoint.seconds + ended.seconds
-            written = destination.write(document, accumulator, seconds, spectral)
+            finish = output.Finish(look, metadata.of_picture(header, accumulator))
+            written = destination.write(document, accumulator, seconds, spectral, finish)
+            render_reports.report_look(
+                written, accumulator.image(), look, document.gamma_offset, console
+            )
         if not unfinished:
             checkpoint.discard()
-    report_noise(accumulator, ended.why, asked, console)
-    report_repairs(written, spectral, console)
+    reached = render_reports.report_noise(accumulator, seconds, passes.noise, console)
+    render_reports.report_end(accumulator.spp, ended.why, None if passes.noise else asked, console)
+    render_reports.report_repairs(written, spectral, console)
     for note in destination.notes:
         console.print(f"[yellow]{note}[/]", highlight=False)
-    return written.paths
+    size, losses = (planned.width, planned.height), metadata.losses(translation)
+    return Rendered(
+        written.paths, size, accumulator.spp, reached, seconds, ended.why, tuple(losses)
+    )
 
 
 # ---- what is to do
+
+
+def with_goal(translation: Translation, options: RenderOptions, passes: PassOptions) -> Translation:
+    """The translation, with samples enough for the noise that was asked for.
+
+    Raises:
+        ValueError: only some of the passes are asked for, too.
+    """
+    if passes.noise is None:
+        return translation
+    if passes.only:
+        raise ValueError("give either a noise or passes: a part does not know that of the picture")
+    spp = translation.plan.spp if options.spp else noise.MOST
+    plan = dataclasses.replace(translation.plan, spp=spp)
+    return dataclasses.replace(translation, plan=plan)
 
 
 def time_limit_of(document: Document, asked: float | None) -> float | None:
@@ -149,6 +211,7 @@ def header_of(translation: Translation, options: RenderOptions, plan: PassPlan) 
         spp=plan.spp,
         seconds=0.0,
         gamma=translation.document.gamma_offset,
+        facts=metadata.of_scene(translation, options.dialect),
     )
 
 
@@ -217,6 +280,7 @@ def run(
     time_limit: float | None,
     stop: list[int],
     console: Console,
+    goal: noise.Goal,
 ) -> Ended:
     """Render all passes, or until the time is up or somebody interrupts.
 
@@ -227,15 +291,18 @@ def run(
         time_limit: seconds, or None.
         stop: not empty once somebody interrupts.
         console: for the progress.
+        goal: noise at which the render is done.
     """
     known = len(accumulator.done)
     limit = TimeLimit(time_limit, known)
     with progress_bar(accumulator, console) as tell:
         for progress in steps:
-            tell(progress)
-            if progress.passes == progress.all_passes:
+            changed = progress.passes != known
+            done = progress.passes == progress.all_passes or (changed and goal.reached(accumulator))
+            tell(goal.foreseen(progress))
+            if done:
                 return Ended(progress.seconds, "")
-            if progress.passes != known:
+            if changed:
                 known = progress.passes
                 for keep in keeps:
                     keep(accumulator, progress.seconds)
@@ -244,49 +311,3 @@ def run(
             if limit.reached(progress):
                 return Ended(progress.seconds, "time limit reached")
     raise AssertionError("a render ends with its last pass")
-
-
-# ---- what is said
-
-
-def report_losses(translation: Translation, console: Console) -> None:
-    """Say what of the scene is not rendered as written."""
-    for outcome, style in (("unsupported", "red"), ("approximated", "yellow")):
-        lines = [r for r in translation.document.lines.all if r.outcome == outcome and r.note]
-        for line in lines[:12]:
-            console.print(
-                f"[{style}]{outcome}[/] line {line.line}, {line.keyword}: {line.note}",
-                highlight=False,
-            )
-        if len(lines) > 12:
-            console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
-    for note in translation.picture_notes():
-        console.print(f"[yellow]{note.text}[/]", highlight=False)
-
-
-def report_noise(accumulator: Accumulator, why: str, asked: int, console: Console) -> None:
-    """Say how noisy the picture is, and where it has fewer samples than were asked for."""
-    if math.isfinite(noise := accumulator.noise()):
-        console.print(f"noise of a pixel: {in_words(noise)}", highlight=False)
-    if why:
-        how_far = f"after {accumulator.spp} of {asked} samples a pixel; --resume goes on"
-        console.print(f"[yellow]{why}[/] {how_far}")
-
-
-def in_words(ratio: float) -> str:
-    """A ratio to the mean: in percent, or where it is large how many times the mean."""
-    if ratio < 2:
-        return f"{significant(100 * ratio)} % of the mean"
-    return f"{significant(ratio)} times its mean"
-
-
-def significant(value: float) -> str:
-    """A number with two significant digits, and no exponent."""
-    return np.format_float_positional(value, 2, unique=False, fractional=False, trim="-")
-
-
-def report_repairs(written: output.Written, spectral: bool, console: Console) -> None:
-    """Say how many pixels could not be written as they are."""
-    if written.repaired:
-        why = "colours that RGB cannot hold, or noise" if spectral else "this should not happen"
-        console.print(f"[yellow]{written.repaired} pixels below 0 or not finite: {why}[/]")

@@ -171,7 +171,7 @@ def test_all_errors_of_a_file_at_once_with_suggestions(run, broken):
     "arguments, status, said",
     [
         (["render", "missing.txt"], 1, "missing.txt: no such file"),
-        (["render", "."], 1, "is a directory"),
+        (["render", "."], 2, "several scenes need a folder"),
         (["render", "binary.txt"], 1, "NUL byte"),
         (["render", "ROOM", "--variant", "nope"], 1, "unknown variant 'nope'; Mitsuba has"),
         (["render", "GLASS", "--variant", "scalar_rgb"], 1, "does not run the plugins"),

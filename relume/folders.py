@@ -1,0 +1,264 @@
+"""`relume render` of many scenes: one after the other in one process, and a contact sheet.
+
+Each scene becomes an OpenEXR picture, which says in its metadata of which render it is, and a PNG.
+So that a render of a folder can go on, a scene is left alone of which there is such a picture.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from relume import fingerprint, metadata, output
+from relume.checking import files_below
+from relume.contact_sheet import write_sheet
+from relume.developing import develop
+from relume.loading import translated_with_inputs, usable_variant
+from relume.options import RenderOptions
+from relume.passes import PassPlan
+from relume.rendering import PassOptions, header_of, render_scene
+from relume.session import CannotRender
+from relume.tone import AS_IT_IS, Look
+from relume.translator.diagnostics import SceneError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+TIMES = "times.json"
+"""File of the seconds that each picture took, by its name: pictures themselves tell no times."""
+
+READABLE = (SceneError, CannotRender, output.OutputError, ValueError, OSError)
+"""Errors that are a scene's; their text is for its reader."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of a scene.
+
+    Attributes:
+        scene: its file.
+        name: of its pictures below the folder, without extension, with `/`.
+        error: why there is no picture; empty if there is one.
+        size: width and height [pixel].
+        spp: samples of a pixel.
+        noise: relative to the mean; NaN where it is unknown.
+        seconds: that it took.
+        why: it ended early; empty if it did not.
+        losses: what is not rendered as written.
+        kept: whether the picture was there already.
+    """
+
+    scene: Path
+    name: str
+    error: str = ""
+    size: tuple[int, int] = (0, 0)
+    spp: int = 0
+    noise: float = math.nan
+    seconds: float = 0.0
+    why: str = ""
+    losses: tuple[str, ...] = ()
+    kept: bool = False
+
+    @property
+    def linear(self) -> str:
+        """Name of the OpenEXR picture below the folder."""
+        return f"{self.name}.exr"
+
+    @property
+    def picture(self) -> str:
+        """Name of the PNG below the folder."""
+        return f"{self.name}.png"
+
+
+def render_folder(
+    paths: Sequence[str | Path],
+    out: str | Path,
+    options: RenderOptions | None = None,
+    *,
+    passes: PassOptions | None = None,
+    look: Look = AS_IT_IS,
+    console: Console,
+    **settings: Any,
+) -> list[Row]:
+    """Render scenes one after the other, whatever becomes of one of them.
+
+    Args:
+        paths: scene files, Mitsuba scenes (.xml), and folders of scene files.
+        out: folder that takes `NAME.exr` and `NAME.png` of each, `index.html` and `index.png`.
+        options: as `relume.render`.
+        passes: with `resume`, pictures of the very same renders are kept and others gone on with.
+        look: exposure and tone curve of the PNGs.
+        console: for progress and notes.
+        settings: `time_limit` and `cluster` as `relume.rendering.render_scene`, for each scene; and
+            fields of `RenderOptions`.
+
+    Returns:
+        A `Row` for each scene, in order.
+
+    Raises:
+        OutputError: the folder cannot be written to.
+    """
+    own = {field.name for field in dataclasses.fields(RenderOptions)} & settings.keys()
+    options = RenderOptions.of(options, **{name: settings.pop(name) for name in own})
+    passes = passes or PassOptions()
+    folder = Path(out)
+    check_folder(folder)
+    scenes = list(named(paths))
+    times = read_times(folder / TIMES)
+    rows: list[Row] = []
+    try:
+        for index, (scene, name) in enumerate(scenes, 1):
+            console.print(f"[bold]{index} of {len(scenes)}[/] {scene}", highlight=False)
+            row = finished(scene, folder, name, options, passes, times) if passes.resume else None
+            if row:
+                develop(folder / row.linear, folder / row.picture, look)
+            else:
+                row = rendered(scene, folder, name, options, passes, look, console, **settings)
+            rows.append(row)
+            if row.error:
+                console.print(f"[red]{row.error}[/]", highlight=False, markup=True)
+            times[row.name] = row.seconds
+            write_times(folder / TIMES, times)
+            if row.why == "interrupted":
+                break
+    except KeyboardInterrupt:
+        console.print("[yellow]interrupted[/]")
+    write_sheet(rows, folder)
+    return rows
+
+
+def check_folder(folder: Path) -> None:
+    """Check that pictures and a contact sheet can be written into a folder.
+
+    Raises:
+        OutputError: they cannot, or there is an `index.html` that is none of ours.
+    """
+    output.check_writable(folder / TIMES)
+    if (folder / "index.html").exists() and not (folder / TIMES).exists():
+        raise output.OutputError(f"{folder} has an index.html of something else: give another one")
+
+
+def check_ours(*pictures: Path) -> None:
+    """Check that pictures which are to be replaced were rendered by relume: no texture is lost.
+
+    Raises:
+        OutputError: one was not.
+    """
+    for path in pictures:
+        if path.exists() and metadata.RENDER not in metadata.of_file(path):
+            raise output.OutputError(f"{path} is no picture rendered by relume: not replaced")
+
+
+def named(paths: Iterable[str | Path]) -> Iterator[tuple[Path, str]]:
+    """Scene files with the names of their pictures, each once: below a folder as they lie there."""
+    taken: set[str] = set()
+    for path in map(Path, paths):
+        for scene in files_below([path]):
+            place = scene.relative_to(path) if path.is_dir() else Path(scene.name)
+            name = stem = place.with_suffix("").as_posix()
+            count = 1
+            while name in taken:
+                count += 1
+                name = f"{stem}_{count}"
+            taken.add(name)
+            yield scene, name
+
+
+# ---- one scene
+
+
+def rendered(
+    scene: Path,
+    folder: Path,
+    name: str,
+    options: RenderOptions,
+    passes: PassOptions,
+    look: Look,
+    console: Console,
+    **settings: Any,
+) -> Row:
+    """The row of a scene that is rendered now; of an error, too."""
+    start = time.perf_counter()
+    picture, shown = folder / f"{name}.exr", folder / f"{name}.png"
+    try:
+        check_ours(picture, shown)
+        # There is nothing to go on with where the picture is missing, or that of another render.
+        if passes.resume and not passes_of(picture).exists():
+            passes = dataclasses.replace(passes, resume=False)
+        found = render_scene(
+            scene, options, out=picture, passes=passes, console=console, **settings
+        )
+        develop(picture, shown, look)
+    except READABLE as error:
+        return Row(scene, name, error=str(error), seconds=time.perf_counter() - start)
+    except Exception as error:  # a defect of ours in one scene is no reason to leave out the others
+        return Row(scene, name, error=f"{type(error).__name__}: {error}")
+    return Row(
+        scene, name, "", found.size, found.spp, found.noise, found.seconds, found.why, found.losses
+    )
+
+
+def passes_of(picture: Path) -> Path:
+    """File of the passes of a picture that is not finished."""
+    return picture.with_name(picture.stem + ".passes.exr")
+
+
+def finished(
+    scene: Path,
+    folder: Path,
+    name: str,
+    options: RenderOptions,
+    passes: PassOptions,
+    times: dict[str, float],
+) -> Row | None:
+    """The row of a scene whose picture is there already; None if it is not, or is another one."""
+    picture = folder / f"{name}.exr"
+    if not picture.exists() or passes_of(picture).exists():
+        return None
+    try:
+        translation, _ = translated_with_inputs(scene, options)
+        planned = translation.plan
+        options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
+    except READABLE:
+        return None
+    plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
+    header = header_of(translation, options, plan)
+    facts = metadata.of_file(picture)
+    there = json.loads(facts.get(metadata.RENDER, "{}"))
+    spp, noise = int(facts.get(metadata.SPP, 0)), float(facts.get(metadata.NOISE, "nan"))
+    enough = spp >= planned.spp if passes.noise is None else noise <= passes.noise
+    if not enough or any(fingerprint.differences(there, header.render)):
+        return None
+    return Row(
+        scene,
+        name,
+        size=(planned.width, planned.height),
+        spp=spp,
+        noise=noise,
+        seconds=times.get(name, 0.0),
+        losses=tuple(metadata.losses(translation)),
+        kept=True,
+    )
+
+
+# ---- times
+
+
+def read_times(path: Path) -> dict[str, float]:
+    """Seconds by picture; none where the file is missing or damaged."""
+    try:
+        return {str(name): float(value) for name, value in json.loads(path.read_text()).items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return {}
+
+
+def write_times(path: Path, times: dict[str, float]) -> None:
+    """Write what `read_times` reads."""
+    with output.replacing(path) as temporary:
+        temporary.write_text(json.dumps(times, indent=1))
