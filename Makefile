@@ -35,7 +35,7 @@ install:
 
 demo: setup
 	@echo "Rendering an example, half a minute:"
-	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png
+	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png --denoise
 
 test: lint
 	$(BIN)/python -m pytest

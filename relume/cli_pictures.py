@@ -10,6 +10,7 @@ import click
 
 from relume.command_errors import readable_errors
 from relume.command_options import (
+    Layers,
     Noise,
     Passes,
     cluster_options,
@@ -19,6 +20,7 @@ from relume.command_options import (
     scene_options,
 )
 from relume.consoles import console
+from relume.layer_names import LAYERS
 from relume.tone import Look
 
 
@@ -63,6 +65,15 @@ from relume.tone import Look
     metavar="SPP",
     help="Samples of a pixel in a pass: more for many workers, see docs/scaling.md.",
 )
+@click.option(
+    "--aov",
+    "layers",
+    type=Layers(),
+    default=(),
+    metavar="NAME,...",
+    help=f"Layers of the OpenEXR picture: {', '.join(LAYERS)}.",
+)
+@click.option("--denoise", is_flag=True, help="Write a denoised picture beside the rendered one.")
 @look_options
 @cluster_options
 @scene_options
@@ -75,6 +86,8 @@ def render(
     only: tuple[int, int] | None,
     per_pass: int | None,
     look: Look,
+    layers: tuple[str, ...],
+    denoise: bool,
     **options: Any,
 ) -> None:
     """Render a scene file, or a Mitsuba scene (.xml); Ctrl-C keeps the picture so far.
@@ -83,21 +96,22 @@ def render(
     whatever becomes of the others; index.html and index.png show them all. The exit status is 1 if
     one has no picture. With --resume, pictures that are there are left alone.
     """
-    from relume.rendering import PassOptions, render_scene
+    from relume.rendering import PassOptions, PictureOptions, render_scene
 
     passes = PassOptions(resume, keep, only, per_pass, noise)
+    options["picture"] = PictureOptions(look, layers, denoise)
     with readable_errors():
         if len(paths) > 1 or Path(paths[0]).is_dir():
-            sys.exit(_render_folder(paths, out, passes, look, options))
+            sys.exit(_render_folder(paths, out, passes, options))
         found = render_scene(
-            paths[0], out=out, passes=passes, look=look, console=console(stderr=True), **options
+            paths[0], out=out, passes=passes, console=console(stderr=True), **options
         )
         for path in found.paths:
             click.echo(path)
 
 
 def _render_folder(
-    paths: tuple[str, ...], out: str | None, passes: Any, look: Look, options: dict[str, Any]
+    paths: tuple[str, ...], out: str | None, passes: Any, options: dict[str, Any]
 ) -> int:
     """Render many scenes; the exit status."""
     from relume import contact_sheet, folders
@@ -106,9 +120,7 @@ def _render_folder(
         raise click.UsageError("several scenes need a folder for their pictures: -o OUT/")
     if passes.only:
         raise click.UsageError("--passes is for one scene")
-    rows = folders.render_folder(
-        paths, out, passes=passes, look=look, console=console(stderr=True), **options
-    )
+    rows = folders.render_folder(paths, out, passes=passes, console=console(stderr=True), **options)
     contact_sheet.print_table(rows, console(stderr=True))
     if not rows:
         click.echo("no scene files found", err=True)
@@ -126,13 +138,20 @@ def _render_folder(
     metavar="FILE.png",
     help="The picture to look at (.png .bmp .ppm), or a linear one (.exr .hdr).",
 )
+@click.option(
+    "--denoise",
+    is_flag=True,
+    help="Denoise it first, with the guides that it holds; the name says so.",
+)
 @look_options
-def develop(picture: str, out: str, look: Look) -> None:
+def develop(picture: str, out: str, look: Look, denoise: bool) -> None:
     """Make a picture to look at of a linear one (.exr .hdr), of any renderer."""
     from relume import developing, render_reports
 
     with readable_errors():
         found = developing.read(picture)
+        if denoise:
+            found, out = developing.denoised(found, out)
         written = developing.write(found, picture, out, look)
         gamma = developing.gamma_of(found)
         render_reports.report_look(written, found.image, look, gamma, console(stderr=True))

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from relume.command_errors import readable_errors
+from relume.layer_names import LAYERS
 from relume.options import RenderOptions
 from relume.tone import AUTO, MOST_STOPS, TONE_MAPS, Look
 from relume.translator.dialects import DIALECTS
@@ -67,6 +68,22 @@ class Noise(click.ParamType):
         if not (str(value).endswith("%") and 0 < ratio < math.inf):
             self.fail(f"expected a percentage such as 5%, found '{value}'", param, ctx)
         return ratio
+
+
+class Layers(click.ParamType):
+    """Names of layers such as albedo,normal."""
+
+    name = "NAME,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, ...]:
+        """The names."""
+        names = value if isinstance(value, tuple) else tuple(value.split(","))
+        for name in names:
+            if name not in LAYERS:
+                self.fail(f"no layer '{name}', expected some of {', '.join(LAYERS)}", param, ctx)
+        return names
 
 
 class Exposure(click.ParamType):

@@ -79,7 +79,8 @@ def facts(row: Row) -> str:
     if math.isfinite(row.noise):
         found.append(f"noise {noise.significant(100 * row.noise)} %")
     found.append(noise.duration(row.seconds))
-    return " · ".join(found + ([row.why] if row.why else []))
+    marks = ["denoised"] if row.denoised else []
+    return " · ".join(found + marks + ([row.why] if row.why else []))
 
 
 def summary(rows: Sequence[Row]) -> str:

@@ -65,6 +65,11 @@ class Destination:
         probe = self.exact or output.safe_path(self.stem + self.extension, self.folder)[0]
         output.check_writable(probe)
 
+    def extension_of_picture(self) -> str:
+        """The extension of the picture, lower case."""
+        name = self.exact.name if self.exact is not None else f"picture{self.extension}"
+        return output.split_extension(name)[1].lower()
+
     def part_path(self) -> Path:
         """Path of a file that takes some passes alone.
 

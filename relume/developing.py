@@ -7,14 +7,13 @@ with luminance alone is grey.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from relume import metadata, output
+from relume import denoising, metadata, output
 from relume.tone import AS_IT_IS, Look
 
 WHOLE = ("combined", "rgba", "rgb", "beauty", "color", "colour", "composite", "image")
@@ -60,6 +59,17 @@ def write(found: LinearPicture, source: str | Path, out: str | Path, look: Look)
         raise output.OutputError(f"cannot write {out}: it is the picture that is read")
     output.check_format(out)
     return output.write_image(out, found.image, gamma_of(found), output.Finish(look, found.facts))
+
+
+def denoised(found: LinearPicture, out: str | Path) -> tuple[LinearPicture, Path]:
+    """A picture denoised with the guides that it holds, and its marked name.
+
+    Raises:
+        CannotRender: the package that does it is not installed.
+    """
+    clean = denoising.denoised(found.image, denoising.guides(found.planes))
+    facts = {**found.facts, **denoising.by()}
+    return LinearPicture(clean, found.planes, facts), denoising.marked(out)
 
 
 def gamma_of(found: LinearPicture) -> float:
@@ -134,27 +144,3 @@ def _rank(layer: str) -> tuple[int, str]:
         return 0, layer
     last = layer.rpartition(".")[2].lower()
     return (1 if last in WHOLE else 2), layer
-
-
-def layer(planes: dict[str, np.ndarray], *names: str) -> np.ndarray | None:
-    """A layer of three channels by any of its names, whatever stands before it; else None.
-
-    Args:
-        planes: channels by name.
-        names: of the layer, such as `albedo`; blanks and `_` are alike, and so are cases.
-    """
-    wished = [_plain(name) for name in names]
-    for letters in (("r", "g", "b"), ("x", "y", "z")):
-        for wish in wished:
-            found = {
-                n.rpartition(".")[2].lower(): plane
-                for n, plane in planes.items()
-                if _plain(n.rpartition(".")[0]).rpartition(".")[2] == wish
-            }
-            if set(letters) <= found.keys():
-                return np.stack([found[letter] for letter in letters], axis=-1)
-    return None
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[ _]+", " ", name).lower()

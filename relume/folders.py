@@ -18,13 +18,19 @@ from typing import TYPE_CHECKING, Any
 from relume import fingerprint, metadata, output
 from relume.checking import files_below
 from relume.contact_sheet import write_sheet
+from relume.denoising import MARK, marked
 from relume.developing import develop
 from relume.loading import translated_with_inputs, usable_variant
 from relume.options import RenderOptions
 from relume.passes import PassPlan
-from relume.rendering import PassOptions, header_of, render_scene
+from relume.rendering import (
+    PLAIN_PICTURE,
+    PassOptions,
+    PictureOptions,
+    header_of,
+    render_scene,
+)
 from relume.session import CannotRender
-from relume.tone import AS_IT_IS, Look
 from relume.translator.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -52,6 +58,7 @@ class Row:
         why: it ended early; empty if it did not.
         losses: what is not rendered as written.
         kept: whether the picture was there already.
+        denoised: whether it has a denoised one beside it, which is shown.
     """
 
     scene: Path
@@ -64,6 +71,7 @@ class Row:
     why: str = ""
     losses: tuple[str, ...] = ()
     kept: bool = False
+    denoised: bool = False
 
     @property
     def linear(self) -> str:
@@ -73,7 +81,7 @@ class Row:
     @property
     def picture(self) -> str:
         """Name of the PNG below the folder."""
-        return f"{self.name}.png"
+        return f"{self.name}{MARK if self.denoised else ''}.png"
 
 
 def render_folder(
@@ -82,7 +90,7 @@ def render_folder(
     options: RenderOptions | None = None,
     *,
     passes: PassOptions | None = None,
-    look: Look = AS_IT_IS,
+    picture: PictureOptions = PLAIN_PICTURE,
     console: Console,
     **settings: Any,
 ) -> list[Row]:
@@ -93,7 +101,7 @@ def render_folder(
         out: folder that takes `NAME.exr` and `NAME.png` of each, `index.html` and `index.png`.
         options: as `relume.render`.
         passes: with `resume`, pictures of the very same renders are kept and others gone on with.
-        look: exposure and tone curve of the PNGs.
+        picture: what becomes of each picture; its look is that of the PNGs.
         console: for progress and notes.
         settings: `time_limit` and `cluster` as `relume.rendering.render_scene`, for each scene; and
             fields of `RenderOptions`.
@@ -115,11 +123,11 @@ def render_folder(
     try:
         for index, (scene, name) in enumerate(scenes, 1):
             console.print(f"[bold]{index} of {len(scenes)}[/] {scene}", highlight=False)
-            row = finished(scene, folder, name, options, passes, times) if passes.resume else None
-            if row:
-                develop(folder / row.linear, folder / row.picture, look)
-            else:
-                row = rendered(scene, folder, name, options, passes, look, console, **settings)
+            row = None
+            if passes.resume:
+                row = finished(scene, folder, name, options, passes, picture, times)
+            if row is None:
+                row = rendered(scene, folder, name, options, passes, picture, console, **settings)
             rows.append(row)
             if row.error:
                 console.print(f"[red]{row.error}[/]", highlight=False, markup=True)
@@ -179,7 +187,7 @@ def rendered(
     name: str,
     options: RenderOptions,
     passes: PassOptions,
-    look: Look,
+    wishes: PictureOptions,
     console: Console,
     **settings: Any,
 ) -> Row:
@@ -187,21 +195,36 @@ def rendered(
     start = time.perf_counter()
     picture, shown = folder / f"{name}.exr", folder / f"{name}.png"
     try:
-        check_ours(picture, shown)
+        check_ours(picture, shown, marked(picture), marked(shown))
         # There is nothing to go on with where the picture is missing, or that of another render.
         if passes.resume and not passes_of(picture).exists():
             passes = dataclasses.replace(passes, resume=False)
         found = render_scene(
-            scene, options, out=picture, passes=passes, console=console, **settings
+            scene, options, out=picture, passes=passes, picture=wishes, console=console, **settings
         )
-        develop(picture, shown, look)
+        show(folder, name, wishes)
     except READABLE as error:
         return Row(scene, name, error=str(error), seconds=time.perf_counter() - start)
     except Exception as error:  # a defect of ours in one scene is no reason to leave out the others
         return Row(scene, name, error=f"{type(error).__name__}: {error}")
     return Row(
-        scene, name, "", found.size, found.spp, found.noise, found.seconds, found.why, found.losses
+        scene,
+        name,
+        size=found.size,
+        spp=found.spp,
+        noise=found.noise,
+        seconds=found.seconds,
+        why=found.why,
+        losses=found.losses,
+        denoised=wishes.denoise,
     )
+
+
+def show(folder: Path, name: str, wishes: PictureOptions) -> None:
+    """Develop the pictures of a scene."""
+    develop(folder / f"{name}.exr", folder / f"{name}.png", wishes.look)
+    if wishes.denoise:
+        develop(folder / f"{name}{MARK}.exr", folder / f"{name}{MARK}.png", wishes.look)
 
 
 def passes_of(picture: Path) -> Path:
@@ -215,11 +238,14 @@ def finished(
     name: str,
     options: RenderOptions,
     passes: PassOptions,
+    wishes: PictureOptions,
     times: dict[str, float],
 ) -> Row | None:
     """The row of a scene whose picture is there already; None if it is not, or is another one."""
     picture = folder / f"{name}.exr"
     if not picture.exists() or passes_of(picture).exists():
+        return None
+    if wishes.denoise and not marked(picture).exists():
         return None
     try:
         translation, _ = translated_with_inputs(scene, options)
@@ -235,6 +261,7 @@ def finished(
     enough = spp >= planned.spp if passes.noise is None else noise <= passes.noise
     if not enough or any(fingerprint.differences(there, header.render)):
         return None
+    show(folder, name, wishes)
     return Row(
         scene,
         name,
@@ -244,6 +271,7 @@ def finished(
         seconds=times.get(name, 0.0),
         losses=tuple(metadata.losses(translation)),
         kept=True,
+        denoised=wishes.denoise,
     )
 
 

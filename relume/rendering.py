@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from relume import aovs, denoising, fingerprint, metadata, noise, output, render_reports
 from relume import cluster as clusters
-from relume import fingerprint, metadata, noise, output, render_reports
 from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
 from relume.destination import Destination, Dumps, Keep
@@ -50,6 +52,28 @@ class PassOptions:
 
 
 EVERY_PASS = PassOptions()
+
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """What becomes of the picture.
+
+    Attributes:
+        look: exposure and tone curve, where it is encoded for display.
+        layers: further layers of an OpenEXR picture, of `relume.aovs.LAYERS`.
+        denoise: whether a denoised picture is written beside it.
+    """
+
+    look: Look = AS_IT_IS
+    layers: tuple[str, ...] = ()
+    denoise: bool = False
+
+    def all_layers(self) -> tuple[str, ...]:
+        """The layers to render: those asked for, and guides for denoising."""
+        return self.layers + (aovs.GUIDES if self.denoise else ())
+
+
+PLAIN_PICTURE = PictureOptions()
 
 
 class Ended(NamedTuple):
@@ -98,7 +122,7 @@ def render_scene(
     out: str | Path | None = None,
     passes: PassOptions = EVERY_PASS,
     time_limit: float | None = None,
-    look: Look = AS_IT_IS,
+    picture: PictureOptions = PLAIN_PICTURE,
     cluster: clusters.Cluster | None = None,
     console: Console,
     **changes: Any,
@@ -111,7 +135,7 @@ def render_scene(
         out: picture file, or a folder, as `Destination`.
         passes: which passes, and whether they are kept.
         time_limit: seconds after which rendering stops with what it has; None for the scene's.
-        look: exposure and tone curve of pictures encoded for display.
+        picture: what becomes of the picture.
         cluster: `relume.cluster.Cluster` that renders, or None for this process.
         console: `rich.console.Console` for progress and notes.
         changes: fields of `RenderOptions`, in place of those of `options`.
@@ -135,6 +159,7 @@ def render_scene(
     destination = Destination(document, out, inputs)
     part = destination.part_path() if passes.only else None
     destination.check()
+    check_layers(destination, picture)
     plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
     header = header_of(translation, options, plan)
     checkpoint = Checkpoint(destination.passes_path(), header, console)
@@ -142,12 +167,13 @@ def render_scene(
     to_do = passes_to_render(plan, accumulator.done, passes.only)
     asked = accumulator.spp + to_do.spp
     limit = time_limit_of(document, time_limit)
-    dumps = Dumps(document, destination, limit, output.Finish(look))
+    dumps = Dumps(document, destination, limit, output.Finish(picture.look))
     keeps = checkpoint.offer, dumps.offer
+    layers = aovs.Layers(() if part else picture.all_layers())
     with interruptible() as stop:
         ended = Ended(0.0, "")
         if len(to_do) and not goal.reached(accumulator):
-            with rendered_passes(translation, options, to_do, cluster, checkpoint) as found:
+            with rendered_passes(translation, options, to_do, cluster, checkpoint, layers) as found:
                 steps = accumulate(found, accumulator, len(to_do), asked)
                 ended = run(steps, accumulator, keeps, limit, stop, console, goal)
         if not accumulator.done:
@@ -161,11 +187,16 @@ def render_scene(
             checkpoint.write(part, accumulator, ended.seconds)
             written = output.Written((part,), 0)
         else:
-            finish = output.Finish(look, metadata.of_picture(header, accumulator))
+            if layers.missing:
+                with open_session(translation, options) as session:
+                    layers.render(session)
+            facts = metadata.of_picture(header, accumulator) | layers.facts
+            finish = output.Finish(picture.look, facts, layers.planes)
             written = destination.write(document, accumulator, seconds, spectral, finish)
-            render_reports.report_look(
-                written, accumulator.image(), look, document.gamma_offset, console
-            )
+            image, gamma = accumulator.image(), document.gamma_offset
+            render_reports.report_look(written, image, picture.look, gamma, console)
+            if picture.denoise:
+                written = with_denoised(written, accumulator, gamma, finish)
         if not unfinished:
             checkpoint.discard()
     reached = render_reports.report_noise(accumulator, seconds, passes.noise, console)
@@ -195,6 +226,31 @@ def with_goal(translation: Translation, options: RenderOptions, passes: PassOpti
     spp = translation.plan.spp if options.spp else noise.MOST
     plan = dataclasses.replace(translation.plan, spp=spp)
     return dataclasses.replace(translation, plan=plan)
+
+
+def check_layers(destination: Destination, picture: PictureOptions) -> None:
+    """Check that layers have a file, and that a denoised picture can be made.
+
+    Raises:
+        CannotRender, OutputError: they have none, or it cannot.
+    """
+    if picture.layers and not destination.extension_of_picture() == ".exr":
+        raise output.OutputError("layers are for pictures in OpenEXR: give -o FILE.exr")
+    if picture.denoise:
+        denoising.library()
+        if destination.exact is not None:
+            destination.inputs.refuse(denoising.marked(destination.exact))
+
+
+def with_denoised(
+    written: output.Written, accumulator: Accumulator, gamma: float, finish: output.Finish
+) -> output.Written:
+    """The files written, and the denoised picture beside the first of them, which is written."""
+    image, variance = accumulator.image(), accumulator.variance()
+    known = variance if np.isfinite(variance).all() else None
+    clean = denoising.denoised(image, denoising.guides(finish.layers), known)
+    path = denoising.write_marked(written.paths[0], clean, gamma, finish)
+    return output.Written((*written.paths, path), written.repaired)
 
 
 def time_limit_of(document: Document, asked: float | None) -> float | None:
@@ -245,6 +301,7 @@ def rendered_passes(
     to_do: PassSet,
     cluster: clusters.Cluster | None,
     checkpoint: Checkpoint,
+    layers: aovs.Layers,
 ) -> Iterator[Iterator[Pass | None]]:
     """Context with the passes of a scene as they come; None while there is none.
 
@@ -255,9 +312,12 @@ def rendered_passes(
         cluster: who renders; None for this process.
         checkpoint: tells workers which render it is, and the user what workers and, in the end, the
             integrator say.
+        layers: rendered, too, while the scene is loaded here.
     """
     if cluster is None:
         with open_session(translation, options) as session:
+            if layers.missing:
+                layers.render(session)
             if not translation.picture_notes() and sees_nothing(session.scene):
                 checkpoint.console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
             with closing(session.render(to_do)) as found:

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from relume import passes_file
+from relume import developing, metadata, passes_file
 from relume.inputs import Inputs
 from relume.loading import (
     SceneSource,
@@ -234,6 +234,13 @@ def load_picture(path: str | Path) -> tuple[np.ndarray, Estimate | None]:
     if estimate_files.holds_estimate(path):
         stored, _ = estimate_files.read(path)
         return stored.pixels.mean, stored
+    if metadata.DENOISED in metadata.of_file(path):
+        raise ValueError(f"{path} is denoised: a guess is no picture to compare with")
+    if Path(path).suffix.lower() == ".exr":
+        try:
+            return developing.read(path).image, None
+        except OutputError as error:
+            raise ValueError(str(error)) from None
     with variant_context("scalar_rgb"), exr_threads():
         try:
             bitmap = mi.Bitmap(str(path)).convert(
