@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import click
 
 from relume.command_errors import readable_errors
 from relume.command_options import (
+    Address,
     Layers,
     Noise,
     Passes,
@@ -74,6 +76,14 @@ from relume.tone import Look
     help=f"Layers of the OpenEXR picture: {', '.join(LAYERS)}.",
 )
 @click.option("--denoise", is_flag=True, help="Write a denoised picture beside the rendered one.")
+@click.option(
+    "--live", is_flag=True, help="Serve a page that shows the render; its address is told."
+)
+@click.option("--open", "opened", is_flag=True, help="Open that page in the browser.")
+@click.option(
+    "--tev", type=Address(), metavar="HOST:PORT", help="Send the picture so far to the viewer tev."
+)
+@click.option("--show", is_flag=True, help="Print the picture, in a terminal that shows pictures.")
 @look_options
 @cluster_options
 @scene_options
@@ -88,6 +98,10 @@ def render(
     look: Look,
     layers: tuple[str, ...],
     denoise: bool,
+    live: bool,
+    opened: bool,
+    tev: tuple[str, int] | None,
+    show: bool,
     **options: Any,
 ) -> None:
     """Render a scene file, or a Mitsuba scene (.xml); Ctrl-C keeps the picture so far.
@@ -100,6 +114,7 @@ def render(
 
     passes = PassOptions(resume, keep, only, per_pass, noise)
     options["picture"] = PictureOptions(look, layers, denoise)
+    options["viewers"] = _viewers(live or opened, opened, tev)
     with readable_errors():
         if len(paths) > 1 or Path(paths[0]).is_dir():
             sys.exit(_render_folder(paths, out, passes, options))
@@ -108,6 +123,34 @@ def render(
         )
         for path in found.paths:
             click.echo(path)
+        if show:
+            _show(found.paths[-1 if denoise else 0], look)
+
+
+def _viewers(live: bool, opened: bool, tev: tuple[str, int] | None) -> list[Any]:
+    """What makes those who look at the render."""
+    found: list[Any] = []
+    if live:
+        from relume.live import LivePage
+
+        def announce(url: str) -> None:
+            click.echo(f"live: {url}", err=True)
+            if opened:
+                click.launch(url)
+
+        found.append(partial(LivePage, announce=announce))
+    if tev:
+        from relume.tev import Tev
+
+        found.append(partial(Tev, address=tev, console=console(stderr=True)))
+    return found
+
+
+def _show(path: Path, look: Look) -> None:
+    """Print a picture in the terminal."""
+    from relume import terminal_pictures
+
+    terminal_pictures.show(path, look, console())
 
 
 def _render_folder(

@@ -70,6 +70,21 @@ class Noise(click.ParamType):
         return ratio
 
 
+class Address(click.ParamType):
+    """A host and a port, such as localhost:14158."""
+
+    name = "HOST:PORT"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, int]:
+        """The pair (host, port)."""
+        host, _, port = value.rpartition(":")
+        if not (host and port.isdecimal() and 0 < int(port) < 65536):
+            self.fail(f"expected HOST:PORT, such as localhost:14158, found '{value}'", param, ctx)
+        return host, int(port)
+
+
 class Layers(click.ParamType):
     """Names of layers such as albedo,normal."""
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,6 +38,35 @@ class Progress:
 
 Tell = Callable[[Progress], Any]
 """Gets the `Progress` after each pass; what it returns is not looked at."""
+
+
+class Viewer(Protocol):
+    """Somebody who looks at a render while it runs."""
+
+    def start(self) -> None:
+        """Begin to look."""
+
+    def progress(self, progress: Progress) -> None:
+        """Take over how far the render is."""
+
+    def offer(self, accumulator: Accumulator, seconds: float) -> None:
+        """Take over the picture so far, or not."""
+
+    def end(self, accumulator: Accumulator, seconds: float, said: str) -> None:
+        """Take over the last picture, and how the render ended."""
+
+    def close(self) -> None:
+        """Look no more."""
+
+
+@contextmanager
+def looking(viewers: Sequence[Viewer]) -> Iterator[None]:
+    """Context in which viewers look."""
+    with ExitStack() as stack:
+        for viewer in viewers:
+            viewer.start()
+            stack.callback(viewer.close)
+        yield
 
 
 class TimeLimit:

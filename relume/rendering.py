@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,15 @@ from relume.loading import SceneSource, open_session, translated_with_inputs, us
 from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
-from relume.progress import Progress, TimeLimit, interruptible, progress_bar
+from relume.progress import (
+    Progress,
+    Tell,
+    TimeLimit,
+    Viewer,
+    interruptible,
+    looking,
+    progress_bar,
+)
 from relume.session import CannotRender, accumulate, sees_nothing
 from relume.tone import AS_IT_IS, Look
 from relume.translator import Document, Translation
@@ -76,6 +84,10 @@ class PictureOptions:
 PLAIN_PICTURE = PictureOptions()
 
 
+MakeViewer = Callable[[Translation, list[int]], Viewer]
+"""Makes a viewer of a scene; an entry in the list stops the render."""
+
+
 class Ended(NamedTuple):
     """How a render ended: after how many seconds, and why early; an empty string if it did not."""
 
@@ -123,6 +135,7 @@ def render_scene(
     passes: PassOptions = EVERY_PASS,
     time_limit: float | None = None,
     picture: PictureOptions = PLAIN_PICTURE,
+    viewers: Sequence[MakeViewer] = (),
     cluster: clusters.Cluster | None = None,
     console: Console,
     **changes: Any,
@@ -136,6 +149,7 @@ def render_scene(
         passes: which passes, and whether they are kept.
         time_limit: seconds after which rendering stops with what it has; None for the scene's.
         picture: what becomes of the picture.
+        viewers: make those who look while it is rendered.
         cluster: `relume.cluster.Cluster` that renders, or None for this process.
         console: `rich.console.Console` for progress and notes.
         changes: fields of `RenderOptions`, in place of those of `options`.
@@ -168,46 +182,84 @@ def render_scene(
     asked = accumulator.spp + to_do.spp
     limit = time_limit_of(document, time_limit)
     dumps = Dumps(document, destination, limit, output.Finish(picture.look))
-    keeps = checkpoint.offer, dumps.offer
     layers = aovs.Layers(() if part else picture.all_layers())
     with interruptible() as stop:
+        watching = [viewer(translation, stop) for viewer in viewers]
         ended = Ended(0.0, "")
-        if len(to_do) and not goal.reached(accumulator):
-            with rendered_passes(translation, options, to_do, cluster, checkpoint, layers) as found:
-                steps = accumulate(found, accumulator, len(to_do), asked)
-                ended = run(steps, accumulator, keeps, limit, stop, console, goal)
-        if not accumulator.done:
-            raise CannotRender(f"{ended.why} before the first pass was done")
-        unfinished = bool(ended.why) or passes.keep
-        if unfinished:
-            checkpoint.save(accumulator, ended.seconds)
-        spectral = "spectral" in planned.variant
-        seconds = checkpoint.seconds + ended.seconds
-        if part:
-            checkpoint.write(part, accumulator, ended.seconds)
-            written = output.Written((part,), 0)
-        else:
-            if layers.missing:
-                with open_session(translation, options) as session:
-                    layers.render(session)
-            facts = metadata.of_picture(header, accumulator) | layers.facts
-            finish = output.Finish(picture.look, facts, layers.planes)
-            written = destination.write(document, accumulator, seconds, spectral, finish)
-            image, gamma = accumulator.image(), document.gamma_offset
-            render_reports.report_look(written, image, picture.look, gamma, console)
-            if picture.denoise:
-                written = with_denoised(written, accumulator, gamma, finish)
-        if not unfinished:
-            checkpoint.discard()
+        with looking(watching):
+            if len(to_do) and not goal.reached(accumulator):
+                with rendered_passes(
+                    translation, options, to_do, cluster, checkpoint, layers
+                ) as found:
+                    steps = accumulate(found, accumulator, len(to_do), asked)
+                    keeps = checkpoint.offer, dumps.offer, *(viewer.offer for viewer in watching)
+                    tells = [viewer.progress for viewer in watching]
+                    ended = run(steps, accumulator, keeps, tells, limit, stop, console, goal)
+            if not accumulator.done:
+                raise CannotRender(f"{ended.why} before the first pass was done")
+            unfinished = bool(ended.why) or passes.keep
+            if unfinished:
+                checkpoint.save(accumulator, ended.seconds)
+            seconds = checkpoint.seconds + ended.seconds
+            if part:
+                checkpoint.write(part, accumulator, ended.seconds)
+                written = output.Written((part,), 0)
+            else:
+                if layers.missing:
+                    with open_session(translation, options) as session:
+                        layers.render(session)
+                facts = metadata.of_picture(header, accumulator) | layers.facts
+                finish = output.Finish(picture.look, facts, layers.planes)
+                written = write(translation, destination, accumulator, seconds, picture, finish)
+            if not unfinished:
+                checkpoint.discard()
+            for viewer in watching:
+                viewer.end(accumulator, ended.seconds, f"{ended.why or 'done'}: {written.paths[0]}")
     reached = render_reports.report_noise(accumulator, seconds, passes.noise, console)
     render_reports.report_end(accumulator.spp, ended.why, None if passes.noise else asked, console)
-    render_reports.report_repairs(written, spectral, console)
+    render_reports.report_repairs(written, "spectral" in planned.variant, console)
+    if not part:
+        render_reports.report_look(
+            written, accumulator.image(), picture.look, document.gamma_offset, console
+        )
     for note in destination.notes:
         console.print(f"[yellow]{note}[/]", highlight=False)
     size, losses = (planned.width, planned.height), metadata.losses(translation)
     return Rendered(
         written.paths, size, accumulator.spp, reached, seconds, ended.why, tuple(losses)
     )
+
+
+def write(
+    translation: Translation,
+    destination: Destination,
+    accumulator: Accumulator,
+    seconds: float,
+    picture: PictureOptions,
+    finish: output.Finish,
+) -> output.Written:
+    """Write the picture, and the denoised one beside it where that is wished for.
+
+    Args:
+        translation: the scene.
+        destination: where it goes.
+        accumulator: what was rendered.
+        seconds: that it took.
+        picture: what becomes of the picture.
+        finish: what its file gets besides.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    document, spectral = translation.document, "spectral" in translation.plan.variant
+    written = destination.write(document, accumulator, seconds, spectral, finish)
+    if not picture.denoise:
+        return written
+    image, variance = accumulator.image(), accumulator.variance()
+    known = variance if np.isfinite(variance).all() else None
+    clean = denoising.denoised(image, denoising.guides(finish.layers), known)
+    path = denoising.write_marked(written.paths[0], clean, document.gamma_offset, finish)
+    return output.Written((*written.paths, path), written.repaired)
 
 
 # ---- what is to do
@@ -240,17 +292,6 @@ def check_layers(destination: Destination, picture: PictureOptions) -> None:
         denoising.library()
         if destination.exact is not None:
             destination.inputs.refuse(denoising.marked(destination.exact))
-
-
-def with_denoised(
-    written: output.Written, accumulator: Accumulator, gamma: float, finish: output.Finish
-) -> output.Written:
-    """The files written, and the denoised picture beside the first of them, which is written."""
-    image, variance = accumulator.image(), accumulator.variance()
-    known = variance if np.isfinite(variance).all() else None
-    clean = denoising.denoised(image, denoising.guides(finish.layers), known)
-    path = denoising.write_marked(written.paths[0], clean, gamma, finish)
-    return output.Written((*written.paths, path), written.repaired)
 
 
 def time_limit_of(document: Document, asked: float | None) -> float | None:
@@ -337,6 +378,7 @@ def run(
     steps: Iterator[Progress],
     accumulator: Accumulator,
     keeps: Sequence[Keep],
+    tells: Sequence[Tell],
     time_limit: float | None,
     stop: list[int],
     console: Console,
@@ -348,6 +390,7 @@ def run(
         steps: `Progress` after each pass, or while none is there.
         accumulator: what they fill.
         keeps: offered what there is after each pass but the last.
+        tells: told how far the render is.
         time_limit: seconds, or None.
         stop: not empty once somebody interrupts.
         console: for the progress.
@@ -359,7 +402,8 @@ def run(
         for progress in steps:
             changed = progress.passes != known
             done = progress.passes == progress.all_passes or (changed and goal.reached(accumulator))
-            tell(goal.foreseen(progress))
+            for listener in (tell, *tells):
+                listener(goal.foreseen(progress))
             if done:
                 return Ended(progress.seconds, "")
             if changed:

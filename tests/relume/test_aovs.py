@@ -55,7 +55,7 @@ def layers(tmp_path):
 
 
 def test_a_wall_is_seen_as_it_is(layers):
-    """Straight ahead of the camera at z = 10: the colour, normal and place of its plane, by hand."""
+    """Straight ahead of the camera at z = 10: colour, normal and place of its plane, by hand."""
     found = layers()
     middle = found["position"][12, 16]
     assert found["albedo"] == pytest.approx(np.broadcast_to([0.7, 0.5, 0.3], (24, 32, 3)), rel=1e-5)
@@ -87,7 +87,9 @@ def test_guides_follow_mirrors_and_glass_and_albedo_does_not(layers, kind):
 
 
 def test_nothing_is_far_away(layers):
-    found = layers(text=SCENE.partition("\nOBJECT")[0], objects=BALL.format(kind="diffuse", more=""))
+    found = layers(
+        text=SCENE.partition("\nOBJECT")[0], objects=BALL.format(kind="diffuse", more="")
+    )
     assert (found["depth"][0, 0] == aovs.NOWHERE) and (found["object"][0, 0] == 0)
     assert found["albedo"][0, 0] == pytest.approx([0.2, 0.4, 1], rel=1e-5)
 
