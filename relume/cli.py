@@ -212,7 +212,7 @@ def stability(as_json: bool, **options: Any) -> None:
     "methods",
     multiple=True,
     metavar="ID",
-    help="A method or integrator plugin (repeatable); by default all that can render the scene.",
+    help="A method or integrator plugin (repeatable); by default all that differ for the scene.",
 )
 @click.option(
     "--seconds",

@@ -150,7 +150,8 @@ def _show(path: Path, look: Look) -> None:
     """Print a picture in the terminal."""
     from relume import terminal_pictures
 
-    terminal_pictures.show(path, look, console())
+    if not terminal_pictures.show(path, look, console()):
+        click.echo("--show: no terminal that shows pictures (kitty, iTerm2, sixel)", err=True)
 
 
 def _render_folder(

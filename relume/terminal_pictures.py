@@ -31,20 +31,23 @@ SIXEL_TERMINALS = ("sixel", "mlterm", "foot", "contour", "yaft")
 """Beginnings of `TERM`, or parts of it, of terminals that take sixels."""
 
 
-def show(path: Path, look: Look, console: Console) -> None:
+def show(path: Path, look: Look, console: Console) -> bool:
     """Print a picture, where the terminal shows any.
 
     Args:
         path: of the picture, of any format that is written.
         look: exposure and tone curve of a linear one.
         console: where it is printed; nothing is printed into a pipe.
+
+    Returns:
+        Whether it was printed.
     """
     kind = protocol(os.environ) if console.is_terminal else ""
     if not kind:
-        console.print("[yellow]this terminal shows no pictures[/] (kitty, iTerm2 and sixel do)")
-        return
+        return False
     console.file.write(encoded(picture(path, look), kind) + "\n")
     console.file.flush()
+    return True
 
 
 def protocol(environ: Mapping[str, str]) -> str:

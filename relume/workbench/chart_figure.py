@@ -18,23 +18,29 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from relume.output import replacing
 from relume.workbench import curves
 from relume.workbench.chart_table import TARGETS
+from relume.workbench.methods import METHODS
 
 if TYPE_CHECKING:
     from relume.workbench.charting import Chart
 
 Style = dict[str, Any]
 
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
-"""Of Okabe and Ito: distinct for colour-blind readers, too."""
+COLORS = (
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999",
+    "#0000ff", "#00d200", "#ff00e1", "#4b0f87", "#ff005a", "#5a5a00", "#780f1e", "#a5c32d",
+    "#2d78ff", "#ffa587", "#d20087", "#e187ff", "#4b2d5a", "#008700", "#963cf0", "#005a5a",
+)  # fmt: skip
+"""Those of Okabe and Ito, distinct for colour-blind readers, too; then each as far from all before
+it as CIELAB has room between paper and ink."""
 
-MARKERS = "osD^vPX*"
+MARKERS = (*"osD^vPX*<>ph8dH+x1234|_", ".")
 CLOCKS = {"wall": "wall time of a render [s]", "cpu": "processor time, all threads [s]"}
 FLOOR_COLOR = "0.55"
 
 
 def chart_figure(chart: Chart) -> Figure:
     """The figure of a chart: a panel for each clock."""
-    figure = Figure(figsize=(9.2, 4.2), layout="constrained")
+    figure = Figure(figsize=(11.2, 4.2), layout="constrained")
     panels = figure.subplots(1, len(CLOCKS), sharey=True)
     styles = style_of([curve.name for curve in chart.curves])
     for axes, clock in zip(panels, CLOCKS, strict=True):
@@ -42,7 +48,14 @@ def chart_figure(chart: Chart) -> Figure:
         axes.set_xlabel(CLOCKS[clock])
     panels[0].set_ylabel("relMSE, the reference's noise subtracted")
     noise_scale(panels[-1])
-    panels[0].legend(fontsize=8, framealpha=0.8)
+    legend = {
+        label: handle
+        for axes in panels
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        list(legend.values()), list(legend), loc="outside right upper", fontsize=8, frameon=False
+    )
     width, height = chart.settings["size"]
     figure.suptitle(f"{printable(chart.name)}, {width}x{height}", fontsize=11)
     return figure
@@ -72,11 +85,20 @@ def overview_figure(charts: Sequence[Chart]) -> Figure:
 
 
 def style_of(names: Iterable[str]) -> dict[str, Style]:
-    """Colour and marker of each method."""
-    return {
-        name: {"color": COLORS[i % len(COLORS)], "marker": MARKERS[i % len(MARKERS)]}
-        for i, name in enumerate(names)
-    }
+    """Colour and marker of each method, no two of them alike.
+
+    Those of the table have the same in all figures; others get what is left.
+
+    Raises:
+        ValueError: there are more methods than colours.
+    """
+    names = list(dict.fromkeys(names))
+    known = {row.name: index for index, row in enumerate(METHODS)}
+    free = iter(i for i in range(len(COLORS)) if i not in {known.get(name) for name in names})
+    places = {name: known[name] if name in known else next(free, None) for name in names}
+    if None in places.values() or max(places.values(), default=0) >= len(COLORS):
+        raise ValueError(f"a figure has colours for {len(COLORS)} methods, not {len(names)}")
+    return {name: {"color": COLORS[i], "marker": MARKERS[i]} for name, i in places.items()}
 
 
 def draw(axes: Axes, chart: Chart, clock: str, styles: dict[str, Style]) -> None:

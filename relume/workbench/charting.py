@@ -158,7 +158,7 @@ def chart(
     document = source_of(scene, options)
     document = resized(document, options.size or reduced(document.image))
     translation = translation_of(document, options)
-    wanted = chosen(translation, methods)
+    wanted = [row for row in chosen(translation, methods) if methods or row.charted]
     with variant_and_threads(translation, options.variant):
         stage = Stage(document, translation, options)
         share = seconds / (runs * max(len(wanted), 1))

@@ -2,8 +2,8 @@
 
 Linear pictures and maps are embedded as compressed half floats in base64; the script draws them on
 a canvas, so exposure is changed without loss. Without script the two pictures are shown as JPEG. A
-content security policy keeps the page from the network. The template, style and script are
-`templates/compare.html`, `.css` and `.js`; pages that stand together may share the latter two.
+content security policy keeps the page from the network. The template is `templates/compare.html`;
+pages that stand together may share the styles and scripts, `ASSETS`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from relume.workbench import estimates, measures, pages
 from relume.workbench.compare_table import explanations, tables
 from relume.workbench.comparison import Comparison
 
-ASSETS = ("compare.css", "compare.js")
+ASSETS = ("viewer.css", "compare.css", "viewer.js", "compare.js")
 HALF_MAX = 65504.0
 
 
@@ -59,8 +59,8 @@ def page(comparison: Comparison, linked: bool = False) -> str:
         explanations=explanations(report),
         data=Markup(data),
         linked=linked,
-        style=pages.asset("compare.css"),
-        script=pages.asset("compare.js"),
+        style=pages.asset("viewer.css") + pages.asset("compare.css"),
+        script=pages.asset("viewer.js") + pages.asset("compare.js"),
     )
 
 

@@ -49,6 +49,8 @@ class Method:
         scene: from the translated scene's dictionary to another one, or None.
         chains: dictionary of a Metropolis integrator, which takes its paths from all of these; None
             for plain sampling, whatever the plan has.
+        charted: whether charts show it without being asked: not where it differs from another row
+            in the shape of small steps alone.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Method:
     document: Callable[[Document], Document] | None = None
     scene: Callable[[Entry], Entry] | None = None
     chains: Entry | None = None
+    charted: bool = True
 
 
 def tracer(kind: str, **parameters: Any) -> Callable[[Entry], Entry]:
@@ -181,6 +184,12 @@ def with_separate_direct_light(translation: Translation) -> str:
     return "" if can else f"{integrator['type']} cannot leave out direct light"
 
 
+def small_steps(kind: str) -> Method:
+    """The row of `pssmlt` with small steps of another shape."""
+    chains = {"type": "pssmlt", "mutation": kind}
+    return Method(f"pssmlt-{kind}", as_planned, chains=chains, charted=False)
+
+
 DIPOLES = {
     "dipole": "standard",
     "dipole-directional": "directional",
@@ -226,9 +235,9 @@ METHODS = (
         obstacle=with_separate_direct_light,
         chains={"type": "pssmlt", "direct_samples": 0.2},
     ),
-    Method("pssmlt-kelemen", as_planned, chains={"type": "pssmlt", "mutation": "kelemen"}),
-    Method("pssmlt-lux", as_planned, chains={"type": "pssmlt", "mutation": "lux"}),
-    Method("pssmlt-gaussian", as_planned, chains={"type": "pssmlt", "mutation": "gaussian"}),
+    small_steps("kelemen"),
+    small_steps("lux"),
+    small_steps("gaussian"),
     Method("erpt", as_planned, chains={"type": "erpt"}),
 )
 """All methods; the command line, charts and studies take them from here."""

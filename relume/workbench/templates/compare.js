@@ -5,10 +5,6 @@ const data = JSON.parse(find("data").textContent);
 const {width, height, side, scale, thresholds} = data;
 const columns = Math.ceil(width / side);
 
-const half = h => {
-  const exponent = h >> 10 & 31, mantissa = h & 1023, sign = h >> 15 ? -1 : 1;
-  return sign * (exponent ? (1 + mantissa / 1024) * 2 ** (exponent - 15) : mantissa * 2 ** -24);
-};
 const arrays = {};
 async function unpack(text) {       // high bytes, then low bytes, compressed by zlib
   const zipped = Uint8Array.from(atob(text), character => character.charCodeAt(0));
@@ -19,13 +15,14 @@ async function unpack(text) {       // high bytes, then low bytes, compressed by
 }
 const block = (x, y) => arrays.blocks[Math.floor(y / side) * columns + Math.floor(x / side)];
 
-const canvas = document.createElement("canvas");
-canvas.width = width;
-canvas.height = height;
-const context = canvas.getContext("2d");
-const image = context.createImageData(width, height);
+function sheet() {
+  const canvas = document.createElement("canvas");
+  canvas.width = width;
+  canvas.height = height;
+  return canvas;
+}
+const canvas = sheet(), maps = {};
 
-const encode = value => 255 * Math.min(Math.max(value, 0), 1) ** (1 / 2.2);
 const signed = t => {            // blue below 0, black at 0, red above
   const s = Math.min(Math.abs(t), 1), bright = 255 * s, white = 255 * Math.max(0, 2 * s - 1) * .6;
   return t < 0 ? [white, .5 * bright, bright] : [bright, white, white];
@@ -47,9 +44,9 @@ const legends = {
   flip: "from black (the same) to white (plainly different)",
 };
 
-function draw() {
-  const kind = view(), pixels = image.data;
-  const gain = scale * 2 ** find("exposure").value;
+function paint(canvas, kind) {
+  const context = canvas.getContext("2d"), image = context.createImageData(width, height);
+  const pixels = image.data, gain = scale * 2 ** find("exposure").value;
   const edge = {split: find("split").value * width, first: width, second: 0}[kind];
   for (let y = 0, i = 0; y < height; y++) for (let x = 0; x < width; x++, i++) {
     if (edge !== undefined) {
@@ -66,24 +63,26 @@ function draw() {
     context.fillStyle = "#fff6";
     context.fillRect(Math.round(edge), 0, Math.max(1, Math.round(width / 800)), height);
   }
+}
+function draw() {
+  const kind = view();
+  paint(canvas, kind);
   find("for-split").hidden = kind !== "split";
-  find("for-exposure").hidden = edge === undefined;
+  find("for-exposure").hidden = !["split", "first", "second"].includes(kind);
   find("for-full").hidden = kind !== "difference";
   find("exposure-text").value = `${Number(find("exposure").value).toFixed(2)} stops`;
   find("full-text").value = `±${(100 * 2 ** find("full").value).toPrecision(2)} %`;
   find("legend").textContent = kind === "split" ? `left ${data.names[0]}, right ${data.names[1]}`
-    : legends[kind] || "";
+    : legends[kind] || "click or space: flip between the pictures";
+  if (maps.difference) paint(maps.difference, "difference");
 }
+function choose(kind) {
+  document.querySelector(`input[name=view][value=${kind}]`).checked = true;
+  draw();
+}
+const flip = () => choose(view() === "first" ? "second" : "first");
 
-function place(event) {
-  const box = canvas.getBoundingClientRect();
-  const zoom = Math.min(box.width / width, box.height / height);
-  return [(event.clientX - box.left) / zoom, (event.clientY - box.top) / zoom];
-}
 function describe(x, y) {
-  x = Math.floor(x);
-  y = Math.floor(y);
-  if (x < 0 || y < 0 || x >= width || y >= height) return;
   const i = y * width + x;
   const number = x => Number((scale * x).toPrecision(4));
   const rgb = name => [...arrays[name].slice(3 * i, 3 * i + 3)].map(number).join(" ");
@@ -93,23 +92,46 @@ function describe(x, y) {
     `z ${arrays.z[i].toFixed(1)}, of the block ${block(x, y).toFixed(1)}`,
   ].join(" · ");
 }
-function point(event) {
-  const [x, y] = place(event);
-  describe(x, y);
-  if (event.buttons && view() === "split") {
-    find("split").value = x / width;
+// A drag moves the line of the split where that is near, else the picture; a click flips.
+let split = false;
+function drag(x, y, event) {
+  const box = canvas.getBoundingClientRect();
+  const near = Math.abs(x - find("split").value * width) * box.width / width < 12;
+  if (event.type === "pointerdown") split = view() === "split" && near;
+  if (split) {
+    find("split").value = Math.min(Math.max(x / width, 0), 1);
     draw();
   }
+  return split;
+}
+function build() {
+  const stage = find("stage"), frame = document.createElement("div");
+  const side = document.createElement("div");
+  frame.className = "frame";
+  side.className = "maps";
+  frame.append(canvas);
+  for (const kind of ["difference", "flip"]) {
+    if (!arrays[kind]) continue;
+    const figure = document.createElement("figure"), caption = document.createElement("figcaption");
+    maps[kind] = sheet();
+    caption.textContent = document.querySelector(`input[value=${kind}]`).parentNode.textContent;
+    figure.append(maps[kind], caption);
+    figure.addEventListener("click", () => choose(kind));
+    side.append(figure);
+    paint(maps[kind], kind);
+  }
+  stage.replaceChildren(frame, side);
+  zoomable(frame, canvas, describe, drag, () => { if (!split) flip(); });
 }
 async function start() {
   for (const [name, text] of Object.entries(data.arrays)) arrays[name] = await unpack(text);
-  find("stage").replaceChildren(canvas);
-  canvas.addEventListener("pointerdown", event => {
-    canvas.setPointerCapture(event.pointerId);
-    point(event);
-  });
-  canvas.addEventListener("pointermove", point);
+  build();
   for (const input of document.querySelectorAll("input")) input.addEventListener("input", draw);
+  addEventListener("keydown", event => {
+    if (event.key !== " " && event.key !== "f") return;
+    event.preventDefault();
+    flip();
+  });
   draw();
   if (data.most) describe(data.most.x, data.most.y);
 }

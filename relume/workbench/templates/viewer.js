@@ -2,15 +2,16 @@
 "use strict";
 
 // point(x, y, event) gets the pixel under the pointer; drag(x, y, event) may return true to take a
-// drag for itself. The frame's height follows from the picture's shape.
-function zoomable(frame, canvas, point, drag = () => false) {
-  let scale = 1, left = 0, top = 0, from = null, taken = false;
+// drag for itself; click() is called for a press without a drag. The frame's height follows from the
+// picture's shape.
+function zoomable(frame, canvas, point, drag = () => false, click = () => {}) {
+  let scale = 1, left = 0, top = 0, from = null, taken = false, moved = false;
   const fit = () => Math.min(frame.clientWidth / canvas.width, frame.clientHeight / canvas.height);
   const clamp = (value, size, room) => size <= room ? (room - size) / 2
     : Math.min(0, Math.max(room - size, value));
   function lay() {
     frame.style.height =
-      `${Math.min(frame.clientWidth * canvas.height / canvas.width, .82 * innerHeight)}px`;
+      `${Math.min(frame.clientWidth * canvas.height / canvas.width, .7 * innerHeight)}px`;
     const zoom = fit() * scale;
     left = clamp(left, canvas.width * zoom, frame.clientWidth);
     top = clamp(top, canvas.height * zoom, frame.clientHeight);
@@ -41,19 +42,25 @@ function zoomable(frame, canvas, point, drag = () => false) {
     frame.setPointerCapture(event.pointerId);
     from = [event.clientX - left, event.clientY - top];
     taken = drag(...place(event), event);
+    moved = false;
   });
   frame.addEventListener("pointermove", event => {
     const at = place(event);
     if (inside(at)) point(Math.floor(at[0]), Math.floor(at[1]), event);
     if (!from) return;
+    moved ||= Math.hypot(event.clientX - left - from[0], event.clientY - top - from[1]) > 3;
     if (taken) drag(...at, event);
-    else {
+    else if (moved) {
       left = event.clientX - from[0];
       top = event.clientY - from[1];
       lay();
     }
   });
-  for (const end of ["pointerup", "pointercancel"]) frame.addEventListener(end, () => from = null);
+  frame.addEventListener("pointerup", () => {
+    if (from && !moved) click();
+    from = null;
+  });
+  frame.addEventListener("pointercancel", () => from = null);
   frame.addEventListener("dblclick", () => { scale = 1; lay(); });
   addEventListener("keydown", event => {
     if (event.target.matches("input[type=text]") || event.ctrlKey || event.metaKey) return;

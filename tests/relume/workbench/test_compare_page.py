@@ -14,6 +14,7 @@ import pytest
 
 from relume.workbench import comparing, pages
 from relume.workbench.compare_page import ASSETS, page, write_assets
+from tests.relume import browser as chromium
 
 DOCS = Path(__file__).parents[3] / "docs" / "compare"
 
@@ -79,7 +80,7 @@ def test_stored_pages_link_what_the_program_has():
     for file in stored:
         elements = Elements(file.read_text(encoding="utf-8"))
         tags = [tag for tag, _ in elements.found]
-        assert tags.count("link") == 1 and "style" not in tags and len(elements.scripts) == 1
+        assert tags.count("link") == 2 and "style" not in tags and len(elements.scripts) == 1
 
 
 def test_the_page_holds_the_pictures_without_loss(compared):
@@ -157,3 +158,42 @@ def test_views_and_sliders_work_in_a_browser(room, tmp_path):
     # The line at the edge of the split is drawn over the picture.
     assert sums["second"] < sums["right"] < 1.01 * sums["second"]
     assert len({sums[view] for view in ("split", "difference", "z", "blocks", "flip")}) == 5
+
+
+@pytest.mark.skipif(not shutil.which("chromium"), reason="needs Chromium")
+def test_pictures_fill_the_page_are_flipped_and_zoomed_to_their_pixels(compared, tmp_path):
+    pytest.importorskip("tornado")
+    (tmp_path / "page.html").write_text(page(compared), encoding="utf-8")
+    first, second = (side.estimate.pixels.mean for side in compared.sides)
+    with chromium.browser() as tab:
+        tab.open((tmp_path / "page.html").as_uri())
+        tab.wait("document.querySelector('.frame canvas') !== null")
+        box = "document.querySelector('.frame canvas').getBoundingClientRect()"
+        left, top, wide = (tab.value(f"{box}.{name}") for name in ("left", "top", "width"))
+        assert wide > 0.55 * tab.value("innerWidth")
+        maps = tab.value("document.querySelector('.maps').textContent")
+        assert maps == " difference FLIP" and tab.value("maps.flip.width") == 20
+
+        step = wide / 20
+        at = left + 3.5 * step, top + 2.5 * step
+        tab.mouse("Moved", *at)
+        said = tab.value("find('readout').textContent").split(" · ")
+        assert said[0] == "(3, 2)"
+        for words, picture in zip(said[1:3], (first, second), strict=True):
+            values = [float(word) for word in words.split()[-3:]]
+            np.testing.assert_allclose(values, picture[2, 3], rtol=2e-3)
+
+        seen = []
+        for act in (lambda: tab.key(" "), lambda: tab.click(*at), lambda: tab.key("f")):
+            act()
+            pixel = "Array.from(canvas.getContext('2d').getImageData(3, 2, 1, 1).data)"
+            seen.append((tab.value("view()"), tab.value(pixel)[:3]))
+        assert [view for view, _ in seen] == ["first", "second", "first"]
+        for (_, pixel), picture in zip(seen, (first, second, first), strict=True):
+            np.testing.assert_allclose(pixel, 255 * picture[2, 3].clip(0, 1) ** (1 / 2.2), atol=1.5)
+
+        tab.mouse("Wheel", *at, deltaX=0, deltaY=-300)
+        assert tab.value(f"{box}.width") > 1.5 * wide
+        tab.mouse("Moved", at[0], at[1] + 1)
+        assert tab.value("find('readout').textContent").startswith("(3, 2)")
+        assert not tab.errors, tab.errors
