@@ -139,5 +139,10 @@ study-converted: setup
 study-damaged: setup
 	RELUME_DAMAGED=100000 $(BIN)/python -m pytest tests/translator/test_damaged_files.py
 
+# What it prints goes into docs/denoising.md. CORPUS, ASSETS as study-gallery.
+.PHONY: study-denoising
+study-denoising: setup
+	$(STUDY) denoising '$(CORPUS)' --asset-path '$(ASSETS)'
+
 clean:
 	rm -rf $(VENV) out build *.egg-info

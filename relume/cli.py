@@ -16,6 +16,7 @@ from relume.command_options import (
     render_option,
     scene_options,
 )
+from relume.completion import completing, example_names, method_names
 from relume.consoles import console
 
 
@@ -27,7 +28,7 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("paths", nargs=-1, metavar="PATH...")
+@click.argument("paths", nargs=-1, type=click.Path(), metavar="PATH...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--brief", is_flag=True, help="Leave out lines that are simply translated.")
 @click.option("-v", "--verbose", is_flag=True, help="List all lines of files in folders, too.")
@@ -129,10 +130,11 @@ def convert(
     default="volpath",
     show_default=True,
     metavar="ID|FILE",
+    shell_complete=completing(method_names),
     help="The reference: an integrator plugin, or a linear picture (.exr .hdr).",
 )
-@click.option("--integrator", metavar="ID", help="The first side, instead of the planned one.")
-@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
+@render_option("integrator", help="The first side, instead of the planned one.")
+@render_option("variant")
 @click.option("--spp", type=click.IntRange(min=1), help="Samples of a pixel in all runs together.")
 @render_option("size")
 @click.option(
@@ -168,7 +170,14 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
 
 
 @main.command()
-@click.option("--method", "methods", multiple=True, metavar="ID", help="Only this (repeatable).")
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="ID",
+    shell_complete=completing(method_names),
+    help="Only this (repeatable).",
+)
 @click.option(
     "--cell",
     "cells",
@@ -212,6 +221,7 @@ def stability(as_json: bool, **options: Any) -> None:
     "methods",
     multiple=True,
     metavar="ID",
+    shell_complete=completing(method_names),
     help="A method or integrator plugin (repeatable); by default all that differ for the scene.",
 )
 @click.option(
@@ -232,7 +242,7 @@ def stability(as_json: bool, **options: Any) -> None:
 @render_option("size", help="Size of the pictures; by default at most 160 across.")
 @render_option("seed", help="The same seed gives the same pictures, but not their times.")
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
-@click.option("--variant", metavar="NAME", help="Mitsuba variant instead of the planned one.")
+@render_option("variant")
 @click.option("--cache", metavar="DIR", help="Folder of references instead of the user's cache.")
 @scene_options
 def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
@@ -260,7 +270,7 @@ def chart(scenes: tuple[str, ...], out: str, **options: Any) -> None:
 
 
 @main.command()
-@click.argument("names", nargs=-1, metavar="[NAME...]")
+@click.argument("names", nargs=-1, metavar="[NAME...]", shell_complete=completing(example_names))
 @click.option("-o", "--output", "out", metavar="DIR", help="Folder to copy them to.")
 def scenes(names: tuple[str, ...], out: str | None) -> None:
     """List the example scenes, or copy some with the files that they name.

@@ -9,8 +9,10 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from relume.command_errors import readable_errors
+from relume.completion import completing, integrator_names, variant_names
 from relume.layer_names import LAYERS
 from relume.options import RenderOptions
 from relume.tone import AUTO, MOST_STOPS, TONE_MAPS, Look
@@ -100,6 +102,14 @@ class Layers(click.ParamType):
                 self.fail(f"no layer '{name}', expected some of {', '.join(LAYERS)}", param, ctx)
         return names
 
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The last of the names, after the others."""
+        before, comma, last = incomplete.rpartition(",")
+        found = (name for name in LAYERS if name.startswith(last))
+        return [CompletionItem(before + comma + name) for name in found]
+
 
 class Exposure(click.ParamType):
     """An exposure in stops such as -1.5, or `auto`."""
@@ -138,8 +148,16 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
         "show_default": True,
         "help": "The same seed gives the same picture.",
     },
-    "integrator": {"metavar": "ID", "help": "Integrator plugin instead of the planned one."},
-    "variant": {"metavar": "NAME", "help": "Mitsuba variant instead of the planned one."},
+    "integrator": {
+        "metavar": "ID",
+        "shell_complete": completing(integrator_names),
+        "help": "Integrator plugin instead of the planned one.",
+    },
+    "variant": {
+        "metavar": "NAME",
+        "shell_complete": completing(variant_names),
+        "help": "Mitsuba variant instead of the planned one.",
+    },
     "dialect": {
         "type": click.Choice(DIALECTS),
         "show_default": True,

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -192,7 +193,7 @@ class LivePage:
 def page_files(translation: Translation) -> dict[str, bytes]:
     """The files of the page by name."""
     lines = sorted(translation.document.lines.all, key=lambda line: line.line)
-    name = translation.document.path or "a scene"
+    name = Path(translation.document.path).name or "a scene"
     page = pages.filled(
         "live.html",
         title=f"{name}, {translation.plan.width}x{translation.plan.height}",

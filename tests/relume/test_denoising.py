@@ -49,10 +49,10 @@ def test_noise_goes_and_edges_of_the_guides_stay():
 
 
 def test_the_more_is_known_the_less_is_guessed():
-    """A guess of bias b counts v / (b² + v): all where noise explains the difference, else less."""
+    """A guess that differs by d counts v / (d² - 2 v + v): all where noise explains d."""
     image = np.zeros((16, 16, 3), "f4")
     guess = np.full((16, 16, 3), 0.3, "f4")
-    for v, share in ((1.0, 1.0), (0.09, 1.0), (0.0009, 0.01), (0.0, 0.0)):
+    for v, share in ((1.0, 1.0), (0.045, 1.0), (0.0009, 1 / 99), (0.0, 0.0)):
         found = denoising.shrunk(guess, image, np.full(image.shape, v))
         assert found == pytest.approx(0.3 * share, rel=0.02, abs=1e-6), v
 
