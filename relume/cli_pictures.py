@@ -193,10 +193,10 @@ def develop(picture: str, out: str, look: Look, denoise: bool) -> None:
     from relume import developing, render_reports
 
     with readable_errors():
-        found = developing.read(picture)
+        found, target = developing.read(picture), Path(out)
         if denoise:
-            found, out = developing.denoised(found, out)
-        written = developing.write(found, picture, out, look)
+            found, target = developing.denoised(found, target)
+        written = developing.write(found, picture, target, look)
         gamma = developing.gamma_of(found)
         render_reports.report_look(written, found.image, look, gamma, console(stderr=True))
         for path in written.paths:

@@ -65,8 +65,8 @@ def picture(path: Path, look: Look) -> Image.Image:
     from PIL import Image
 
     if not output.is_linear(path):
-        with Image.open(path) as found:
-            return found.convert("RGB")
+        with Image.open(path) as opened:
+            return opened.convert("RGB")
     found = developing.read(path)
     shown = look.applied(output.repair(found.image)[0])
     return Image.fromarray(output.encode_display(shown, developing.gamma_of(found)))

@@ -94,9 +94,10 @@ def style_of(names: Iterable[str]) -> dict[str, Style]:
     """
     names = list(dict.fromkeys(names))
     known = {row.name: index for index, row in enumerate(METHODS)}
-    free = iter(i for i in range(len(COLORS)) if i not in {known.get(name) for name in names})
-    places = {name: known[name] if name in known else next(free, None) for name in names}
-    if None in places.values() or max(places.values(), default=0) >= len(COLORS):
+    taken = {known[name] for name in names if name in known}
+    free = iter(i for i in range(len(COLORS)) if i not in taken)
+    places = {name: known[name] if name in known else next(free, len(COLORS)) for name in names}
+    if max(places.values(), default=0) >= len(COLORS):
         raise ValueError(f"a figure has colours for {len(COLORS)} methods, not {len(names)}")
     return {name: {"color": COLORS[i], "marker": MARKERS[i]} for name, i in places.items()}
 
