@@ -50,7 +50,7 @@ passes straight on and the lobe is a ``Null`` one, so that integrators that look
 through index-matched boundaries (``volpath``) do so.
 
 The dispersion formulas are those of `relume.bsdfs.dispersion`. They act in spectral variants;
-elsewhere the index at 589.3 nm serves for all colours. Use the integrator ``dispersivepath`` with
+elsewhere the index at 589.3 nm serves for all colours. Use the integrator ``surfacepath`` with
 them: it follows one wavelength from the first dispersive refraction on. Stock integrators converge
 to the same picture with more noise. Reflection keeps all wavelengths on one path, each with an F
 of its own.

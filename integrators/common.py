@@ -33,7 +33,7 @@ def with_depth_range(
 
     Args:
         integrator: `mi.SamplingIntegrator`.
-        min_depth: shortest path that counts, as in `dispersivepath`.
+        min_depth: shortest path that counts, as in `surfacepath`.
         max_depth: longest path.
 
     Raises:
@@ -41,7 +41,7 @@ def with_depth_range(
     """
     if not hasattr(integrator, "with_depth_range"):
         name = integrator.class_name()
-        raise ValueError(f"{name} cannot leave out the light of some paths; dispersivepath can")
+        raise ValueError(f"{name} cannot leave out the light of some paths; surfacepath can")
     return integrator.with_depth_range(min_depth, max_depth)
 
 

@@ -21,7 +21,7 @@ r"""Path tracer with diffusion below surfaces (``dipole``)
      - boolean
      - Hide directly visible emitters. Default: false.
 
-The stock ``path`` for all surfaces but those of the material ``subsurface``. There light that is
+A path tracer for all surfaces but those of the material ``subsurface``. There light that is
 not mirrored leaves by
 
 .. math::
@@ -57,7 +57,7 @@ clamped to the range from -0.999 to 0.999 here, not in :math:`\sigma_s' = (1 - g
 **No scattering** (level -1). Light that crosses the object without scattering is refracted at the
 boundary as by clear glass.
 
-Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering only.
+Scenes without ``subsurface`` are rendered by ``surfacepath`` itself. Primal rendering only.
 
 **Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
 Light Transport", SIGGRAPH 2001 (``standard`` and single scattering); J. R. Frisvad, T. Hachisuka
@@ -117,7 +117,7 @@ def define() -> type[mi.SamplingIntegrator]:
             self.max_depth, self.rr_depth = path_depths(props)
             self.path = mi.load_dict(
                 {
-                    "type": "path",
+                    "type": "surfacepath",
                     "max_depth": props.get("max_depth", -1),
                     "rr_depth": self.rr_depth,
                     "hide_emitters": self.hide_emitters,

@@ -39,7 +39,7 @@ r"""Metropolis light transport in primary sample space (``pssmlt``)
      - float
      - Independent samples per mutation, at least one per pixel, that find emitters and direct
        light; with 0 the chains do. The nested integrator must be able to render paths of a range
-       of depths, as ``dispersivepath`` is. Default: 0.
+       of depths, as ``surfacepath`` is. Default: 0.
    * - ``fallback``
      - boolean
      - Render scenes whose paths are all about equally bright by independent samples. Default:
