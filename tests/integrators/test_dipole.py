@@ -1,4 +1,4 @@
-"""`dipole` against closed forms, against path tracers, and at the ends of every parameter's range."""
+"""`dipole` against closed forms, against path tracers, and at the ends of every range."""
 
 import drjit as dr
 import mitsuba as mi
