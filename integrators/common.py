@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
+from relume.parameters import whole
+
 NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
 
@@ -57,12 +59,7 @@ def path_depths(props: mi.Properties) -> tuple[int, int]:
     Raises:
         ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
     """
-    max_depth = props.get("max_depth", -1)
-    if max_depth < -1:
-        raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
-    rr_depth = props.get("rr_depth", 5)
-    if rr_depth <= 0:
-        raise ValueError(f"rr_depth is {rr_depth}, but must be above 0")
+    max_depth, rr_depth = whole(props, "max_depth", -1, -1), whole(props, "rr_depth", 5, 1)
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 

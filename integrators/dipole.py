@@ -79,7 +79,6 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.bsdfs.common import choice
 from relume.bsdfs.subsurface import SUBSURFACE
 from relume.integrators.common import (
     PreviousVertex,
@@ -100,6 +99,7 @@ from relume.integrators.vertices import (
     sample_emitter,
     through_medium,
 )
+from relume.parameters import choice
 
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
@@ -272,7 +272,7 @@ def define() -> type[mi.SamplingIntegrator]:
         def to_string(self):
             return (
                 f"Dipole[profile={self.profile}, max_depth={self.max_depth}, "
-                f"rr_depth={self.rr_depth}]"
+                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}]"
             )
 
     return Dipole

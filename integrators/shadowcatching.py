@@ -17,7 +17,7 @@ have none.
 
 **Source.** Legacy manual, `shadow`; scene language section 11.7.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** All.
 
 **Usage.**
 
@@ -31,6 +31,8 @@ from __future__ import annotations
 import mitsuba as mi
 
 from relume.integrators.common import nested_integrator, with_depth_range
+
+RUNS_UNDER = ("scalar", "polarized")
 
 
 def define() -> type[mi.SamplingIntegrator]:

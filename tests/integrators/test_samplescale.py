@@ -58,13 +58,13 @@ def test_closed_form_on_samples_of_one_radiance(variant, parameters, expected, c
 
 
 def test_spectral_samples_obey_the_limit():
-    """No pixel of one sample exceeds the limit by more than the sensor's own conversion."""
+    """The mean is below the limit by what samples of less luminance lack, and no more."""
     mi.set_variant("llvm_ad_spectral")
     free, held = (
         luminance(sky(2.0), integrator, spp=1024).mean()
         for integrator in (wrapped(), wrapped(luminance_limit=1.0))
     )
-    assert held < 1.02 < free
+    assert 0.5 < held < 1.02 < free
 
 
 def test_colour_is_kept():
