@@ -55,6 +55,10 @@ them: it follows one wavelength from the first dispersive refraction on. Stock i
 to the same picture with more noise. Reflection keeps all wavelengths on one path, each with an F
 of its own.
 
+The tints have derivatives under ``path`` and other integrators that differentiate what they sample;
+not under ``prb``, which asks materials for their value in a given direction, and that is 0 for a
+mirror.
+
 **Source.** C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", Computer
 Graphics Forum 1994, eq. 15; legacy manual, "Refractive index definition".
 

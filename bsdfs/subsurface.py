@@ -160,7 +160,7 @@ def diffuse_reflectance(alpha: mi.Spectrum, A: mi.Float) -> mi.Spectrum:
         alpha: reduced albedo in [0, 1].
         A: from `boundary_factor`.
     """
-    k = dr.sqrt(3 * dr.maximum(1 - alpha, 0))
+    k = dr.safe_sqrt(3 * dr.maximum(1 - alpha, 0))
     return 0.5 * alpha * (1 + dr.exp(-4 / 3 * A * k)) * dr.exp(-k)
 
 
@@ -245,6 +245,7 @@ def define() -> type[mi.BSDF]:
             F, cos_t, eta_it, eta_ti = mi.fresnel(si.wi.z, self.eta)
             front = si.wi.z > 0
             p, share = self.shares(si, F, active) if subsurface else (F, mi.Float(1))
+            p, share = dr.detach(p), dr.detach(share)
             u = (sample1 - p) / dr.maximum(1 - p, 1e-6)  # again uniform, where not mirrored
             mirrored = sample1 < p
             diffused = ~mirrored & front & (u < share)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import drjit as dr
@@ -47,6 +48,11 @@ def with_depth_range(
     return integrator.with_depth_range(min_depth, max_depth)
 
 
+def step_by_step(integrator: mi.SamplingIntegrator) -> AbstractContextManager[None]:
+    """The context in which an integrator differentiates; one without effect if it needs none."""
+    return getattr(integrator, "step_by_step", nullcontext)()
+
+
 def path_depths(props: mi.Properties) -> tuple[int, int]:
     """Read the parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 
@@ -85,7 +91,7 @@ def russian_roulette(
     Returns:
         (throughput, whether the path goes on).
     """
-    largest = dr.max(throughput)
+    largest = dr.max(dr.detach(throughput))
     survival = dr.minimum(largest * eta * eta, 0.95)
     exposed = depth >= rr_depth
     throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)

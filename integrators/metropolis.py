@@ -24,6 +24,8 @@ MIN_BOOTSTRAP_SAMPLES = 2**11
 MAX_ALPHA_SAMPLES = 64
 """Independent samples of a pixel, at most, for its alpha: chains go where light is."""
 
+NO_GRADIENTS = "chains have no derivatives: differentiate by the nested integrator, or by prb"
+
 MAX_DIRECT_DEPTH = 2
 """Longest path of direct light."""
 
@@ -205,6 +207,12 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
 
         def aov_names(self):
             return []
+
+        def render_forward(self, *args, **kwargs):
+            raise ValueError(NO_GRADIENTS)
+
+        def render_backward(self, *args, **kwargs):
+            raise ValueError(NO_GRADIENTS)
 
         def traverse(self, cb):
             cb.put("paths", self.nested, mi.ParamFlags.NonDifferentiable)

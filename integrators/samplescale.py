@@ -40,7 +40,7 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.common import nested_integrator, with_depth_range
+from relume.integrators.common import nested_integrator, step_by_step, with_depth_range
 from relume.parameters import NOT_NEGATIVE, check, expose, number, plain
 from relume.sensors.colors import linear_rgb
 
@@ -64,12 +64,23 @@ def define() -> type[mi.SamplingIntegrator]:
             self.limited = plain(self.luminance_limit) > 0
             dr.make_opaque(self.response, self.luminance_limit)
 
+        def step_by_step(self):
+            return step_by_step(self.nested)
+
         def with_depth_range(self, min_depth, max_depth):
             if self.limited:
                 raise ValueError("samplescale: luminance_limit applies to all depths at once")
             nested = with_depth_range(self.nested, min_depth, max_depth)
             response = plain(self.response)
             return mi.load_dict({"type": "samplescale", "response": response, "nested": nested})
+
+        def render_forward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                return super().render_forward(*args, **kwargs)
+
+        def render_backward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                super().render_backward(*args, **kwargs)
 
         def aov_names(self):
             return self.nested.aov_names()

@@ -7,6 +7,7 @@ parameters there are. What it needs to be seen in a scene stands in `OBJECTS`.
 import importlib
 import inspect
 import re
+from pathlib import Path
 
 import drjit as dr
 import mitsuba as mi
@@ -348,3 +349,71 @@ def test_paint_depolarizes(name):
         others[0, 0] = False
         assert np.all(entries[others] == 0) and np.all(entries[0, 0] > 0)
     np.testing.assert_allclose(values[1], values[0], rtol=2e-3)
+
+
+# ------------------------------ the page ------------------------------
+
+PAGE = Path(__file__).parents[1] / "docs" / "contracts.md"
+HEADER = """# Contracts
+
+What the plugins keep to as plugins of Mitsuba. `python tests/test_contracts.py` makes this page;
+that file and `tests/integrators/test_metropolis_films.py` prove what it says.
+
+"""
+FILMS = """## Films
+
+`pssmlt` and `erpt` fill films themselves; the other integrators leave that to Mitsuba.
+
+| film | result |
+| --- | --- |
+| `rgb`, `luminance`, `xyz`, each with or without alpha; grey variants | as stock integrators |
+| filters `box`, `tent`, `gaussian`, `mitchell`, `catmullrom`, `lanczos` | drawn from, with signs |
+| `sample_border`, crop window, `develop` | as stock integrators |
+| `specfilm`; AOVs and moments, inside or around | refused |
+
+"""
+
+
+def table(columns, rows):
+    """A table, and an empty line."""
+    return (
+        "".join(f"| {' | '.join(r)} |\n" for r in (columns, ["---"] * len(columns), *rows)) + "\n"
+    )
+
+
+def contracts():
+    """The text of the page."""
+    works = [
+        [f"`{name}`", *("works" if runs_under(f"{package}.{name}", v) else "refuses"
+                        for v in VARIANTS)]
+        for name, package in PLUGINS.items()
+    ]  # fmt: skip
+    shown = [
+        [f"`{name}`", f"`{key}`", kind, "yes" if "Differentiable." in said else "no",
+         "yes" if (name, key) in WRONG else ""]
+        for name in PLUGINS
+        for key, (kind, said) in page(name).items()
+        if re.search(r"(Differentiable|Exposed)\.$", said)
+    ]  # fmt: skip
+    return (
+        HEADER
+        + "## Variants\n\nWhere a plugin does not work, its constructor names the variants that do."
+        + " Where it works, the\nmean of a picture is that under `llvm_ad_rgb`. `cuda_ad_rgb` is"
+        + " tested where there is a GPU.\n\n"
+        + table(["plugin", *(f"`{variant}`" for variant in VARIANTS)], works)
+        + FILMS
+        + "## Parameters\n\nWhat `mi.traverse` shows: setting it changes the picture. A range is"
+        + " held to in the constructor and\nafter each change.\n\n"
+        + table(["plugin", "parameter", "type", "derivatives", "range"], shown).rstrip("\n")
+        + "\n"
+    )
+
+
+def test_the_page_is_up_to_date():
+    """Made by `python tests/test_contracts.py`."""
+    assert PAGE.read_text(encoding="utf-8") == contracts()
+
+
+if __name__ == "__main__":
+    mi.set_variant("llvm_ad_rgb")
+    PAGE.write_text(contracts(), encoding="utf-8")

@@ -128,5 +128,4 @@ def test_what_is_no_picture_of_colours_is_refused(method):
     for around in ({"type": "aov", "aovs": "dd:depth"}, {"type": "moment"}):
         with pytest.raises(RuntimeError) as raised:
             mi.load_dict(around | {"nested": METHODS[method] | {"nested": nested}})
-        print(str(raised.value))
         assert "SamplingIntegrator" in str(raised.value)
