@@ -82,7 +82,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from relume.parameters import NOT_NEGATIVE, POSITIVE, Range, check, expose, number, whole
+from relume.parameters import ANY, NOT_NEGATIVE, POSITIVE, Range, check, expose, number, whole
 
 SUBSURFACE = 1 << 25
 """Bit outside ``mi.BSDFFlags``. In `m_flags` it marks the material; in ``BSDFContext.type_mask`` it
@@ -178,7 +178,7 @@ def define() -> type[mi.BSDF]:
             self.scale = mi.Float(number(props, "scale", 1.0))
             self.eta = mi.Float(number(props, "eta", 1.3))
             self.r_max = mi.Float(number(props, "r_max", 0.0))
-            self.level = whole(props, "level", LEVELS[0], min(LEVELS))
+            self.level = whole(props, "level", LEVELS[0], ANY)
             if self.level not in LEVELS:
                 raise ValueError(f"level is {self.level}, but must be -1 or -2")
             self.set_flags()

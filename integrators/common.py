@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from relume.parameters import whole
+from relume.parameters import POSITIVE, Range, whole
 
 NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
@@ -65,7 +65,8 @@ def path_depths(props: mi.Properties) -> tuple[int, int]:
     Raises:
         ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
     """
-    max_depth, rr_depth = whole(props, "max_depth", -1, -1), whole(props, "rr_depth", 5, 1)
+    max_depth = whole(props, "max_depth", -1, Range(-1))
+    rr_depth = whole(props, "rr_depth", 5, POSITIVE)
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 

@@ -66,7 +66,7 @@ import numpy as np
 
 from relume.integrators.markovchains import ChainParameters, run_chains
 from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
-from relume.parameters import whole
+from relume.parameters import Range, whole
 
 RUNS_UNDER = ("polarized",)
 
@@ -79,7 +79,7 @@ def define() -> type[mi.AdjointIntegrator]:
     class ERPT(Base):
         def __init__(self, props):
             super().__init__(props)
-            self.length = whole(props, "length", 512, 1)
+            self.length = whole(props, "length", 512, Range(1))
 
         def render_chains(self, paths, pilot, rng, spp):
             """Render what the chains find: mean colours (pixels, 3)."""

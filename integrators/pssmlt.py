@@ -129,7 +129,7 @@ def define() -> type[mi.AdjointIntegrator]:
         def __init__(self, props):
             super().__init__(props)
             self.p_large = number(props, "large_step_probability", 0.3, Range(0.0, 1.0))
-            self.chains = whole(props, "chains", 16384 if "cuda" in mi.variant() else 256, 2)
+            self.chains = whole(props, "chains", 16384 if "cuda" in mi.variant() else 256, Range(2))
             self.fallback = flag(props, "fallback", True)
 
         def fallback_reason(self, pilot):

@@ -81,12 +81,12 @@ def number(props: Properties, name: str, default: float | None, allowed: Range =
     return float(value)
 
 
-def whole(props: Properties, name: str, default: int, least: int) -> int:
-    """Read a whole number, `least` or more; errors as `number`."""
+def whole(props: Properties, name: str, default: int, allowed: Range) -> int:
+    """Read a whole number; arguments and errors as `number`."""
     value = props.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int):
         raise wrong_type(name, "a whole number", value)
-    Range(least).check(name, value)
+    allowed.check(name, value)
     return value
 
 

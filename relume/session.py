@@ -242,5 +242,5 @@ class Session:
     def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""
         image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
-        pixels = np.array(image).reshape(self.width * self.height, -1)
-        return np.broadcast_to(pixels, (len(pixels), 3)).T * np.float32(spp)
+        image = np.broadcast_to(np.array(image), (self.height, self.width, 3))
+        return image.reshape(-1, 3).T * np.float32(spp)

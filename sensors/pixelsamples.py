@@ -25,8 +25,13 @@ def position_in_pixel(sensor: mi.Sensor, sample: mi.Point2f) -> mi.Point2f:
         sample: uniform variates.
     """
     if sensor.film().rfilter().class_name() == "TentFilter":
-        return 0.5 + 0.5 * mi.warp.square_to_tent(sample)
+        return within_tent(sample)
     return sample
+
+
+def within_tent(sample: mi.Point2f) -> mi.Point2f:
+    """Return a position in a pixel, distributed as a tent of half-width 1/2."""
+    return 0.5 + 0.5 * mi.warp.square_to_tent(sample)
 
 
 class PixelFilter:
@@ -67,7 +72,7 @@ class PixelFilter:
             Position from the corner [pixel], and weight.
         """
         if self.tent:
-            return 0.5 + 0.5 * mi.warp.square_to_tent(sample), mi.Float(1)
+            return within_tent(sample), mi.Float(1)
         if not self.tabulated:
             return sample, mi.Float(1)
         (x, u), (y, v) = (self._draw(*one) for one in zip(corner, sample, size, strict=True))

@@ -106,7 +106,7 @@ def test_the_medium_is_recovered_from_a_picture():
     """
     truth = {"sigma_s": [1.0, 1.25, 1.5], "sigma_a": [0.05, 0.1, 0.2]}
     integrator = {"type": "dipole", "max_depth": 3}
-    target = mi.render(ball(integrator, -2, 0.0, **truth), spp=256)
+    target = mi.render(ball(integrator, -2, 0.0, **truth), spp=2048)
     scene = ball(integrator, -2, 0.0, sigma_s=[0.75] * 3, sigma_a=[0.08] * 3)
     parameters = mi.traverse(scene)
     names = [f"ball.bsdf.{name}.value" for name in truth]
@@ -120,11 +120,11 @@ def test_the_medium_is_recovered_from_a_picture():
             parameters[name] = dr.exp(optimizer[name])
         parameters.update()
         picture = mi.render(scene, parameters, spp=48, seed=step)
-        dr.backward(dr.mean(dr.square((picture - target) / (target + 0.02)), axis=None))
+        dr.backward(dr.mean(dr.square((picture - target) / (target + 0.1)), axis=None))
         optimizer.step()
         history.append([np.array(optimizer[name]).ravel() for name in names])
     found = np.exp(np.mean(history[30:], axis=0))
-    assert found == pytest.approx(np.array(list(truth.values())), rel=0.12)
+    assert found == pytest.approx(np.array(list(truth.values())), rel=0.1)
 
 
 def test_a_process_that_differentiated_ends_well():

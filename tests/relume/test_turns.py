@@ -31,6 +31,8 @@ OWN_SCENES = """
 mi.set_variant("llvm_ad_rgb")
 
 def picture(seed):
+    # Through other filters samples are added up in any order.
+    film = {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}}
     balls = {f"ball{i}": {"type": "sphere", "radius": 0.2, "center": [0.4 * i - 0.8, 0, 4],
                           "bsdf": {"type": kind}}
              for i, kind in enumerate(("ward", "phong", "schlickglass", "subsurface"))}
@@ -39,8 +41,7 @@ def picture(seed):
     scene = mi.load_dict({
         "type": "scene", "integrator": {"type": "path", "max_depth": 3}, **balls, "lamp": lamp,
         "spot": {"type": "falloffspot", "direction": [0, 0, 1]}, "beam": {"type": "parallelbeam"},
-        "sensor": {"type": "screencamera", "width": 0.5, "height": 0.5,
-                   "film": {"type": "hdrfilm", "width": 8, "height": 8}}})
+        "sensor": {"type": "screencamera", "width": 0.5, "height": 0.5, "film": film}})
     return np.array(mi.render(scene, spp=2, seed=seed))
 
 def work(thread, found):
