@@ -54,6 +54,7 @@ from relume.integrators.common import (
     power_heuristic,
     russian_roulette,
 )
+from relume.parameters import Range, whole
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -65,9 +66,7 @@ def define() -> type[mi.SamplingIntegrator]:
             if self.hide_emitters:
                 raise ValueError("dispersivepath cannot hide emitters")
             self.max_depth, self.rr_depth = path_depths(props)
-            self.min_depth = props.get("min_depth", 1)
-            if self.min_depth < 1:
-                raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
+            self.min_depth = whole(props, "min_depth", 1, Range(1))
 
         def with_depth_range(self, min_depth, max_depth):
             """Return the same integrator for paths of these depths alone."""
