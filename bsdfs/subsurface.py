@@ -324,7 +324,7 @@ def define() -> type[mi.BSDF]:
             textures = ", ".join(f"{name}={getattr(self, name)}" for name in TEXTURES)
             return (
                 f"Subsurface[scale={self.scale}, eta={self.eta}, r_max={self.r_max}, "
-                f"level={self.level}, {textures}]"
+                f"level={self.level}, object={self.object!r}, {textures}]"
             )
 
     return Subsurface

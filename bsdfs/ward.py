@@ -99,7 +99,7 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.bsdfs.common import diffuse_plus_lobe, polar, share
-from relume.parameters import NOT_NEGATIVE, choice
+from relume.parameters import NOT_NEGATIVE, choice, flag
 
 RUNS_UNDER = ("scalar", "polarized")
 MIN_ALPHA = 1e-4
@@ -130,7 +130,7 @@ def define() -> type[mi.BSDF]:
             self.alpha_v = props.get_texture("alpha_v", 0.1)
             self.variant = choice(props, "variant", VARIANTS)
             self.tangent_frame = choice(props, "tangent_frame", TANGENT_FRAMES)
-            self.blend = props.get("blend", False)
+            self.blend = flag(props, "blend", False)
             self.set_lobes((self.alpha_u, self.alpha_v), mi.BSDFFlags.Anisotropic)
             self.parameters_changed([])
 
@@ -179,6 +179,7 @@ def define() -> type[mi.BSDF]:
         def to_string(self):
             return (
                 f"Ward[variant={self.variant}, tangent_frame={self.tangent_frame}, "
+                f"blend={self.blend}, "
                 f"diffuse_reflectance={self.diffuse_reflectance}, "
                 f"specular_reflectance={self.specular_reflectance}, "
                 f"alpha_u={self.alpha_u}, alpha_v={self.alpha_v}]"

@@ -59,6 +59,7 @@ def luminance(L: mi.Spectrum, wavelengths: mi.Spectrum) -> mi.Float:
         L: their radiance.
         wavelengths: those of their rays [nm], in spectral variants.
     """
+    L = mi.unpolarized_spectrum(L)
     if not mi.is_spectral:
         return mi.luminance(L, wavelengths)
     weight = dr.rcp(mi.pdf_rgb_spectrum(wavelengths))
