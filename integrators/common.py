@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
+
+from relume.parameters import POSITIVE, Range, whole
 
 NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
@@ -45,6 +48,11 @@ def with_depth_range(
     return integrator.with_depth_range(min_depth, max_depth)
 
 
+def step_by_step(integrator: mi.SamplingIntegrator) -> AbstractContextManager[None]:
+    """The context in which an integrator differentiates; one without effect if it needs none."""
+    return getattr(integrator, "step_by_step", nullcontext)()
+
+
 def path_depths(props: mi.Properties) -> tuple[int, int]:
     """Read the parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 
@@ -57,12 +65,8 @@ def path_depths(props: mi.Properties) -> tuple[int, int]:
     Raises:
         ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
     """
-    max_depth = props.get("max_depth", -1)
-    if max_depth < -1:
-        raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
-    rr_depth = props.get("rr_depth", 5)
-    if rr_depth <= 0:
-        raise ValueError(f"rr_depth is {rr_depth}, but must be above 0")
+    max_depth = whole(props, "max_depth", -1, Range(-1))
+    rr_depth = whole(props, "rr_depth", 5, POSITIVE)
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 
@@ -88,7 +92,7 @@ def russian_roulette(
     Returns:
         (throughput, whether the path goes on).
     """
-    largest = dr.max(throughput)
+    largest = dr.max(dr.detach(throughput))
     survival = dr.minimum(largest * eta * eta, 0.95)
     exposed = depth >= rr_depth
     throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)

@@ -419,7 +419,7 @@ def test_mutations_are_symmetric(name):
     ("method", "wrong", "message"),
     [
         ("kelemen", {"bootstrap": 0.0}, "bootstrap is 0.0, but must be above 0"),
-        ("kelemen", {"large_step_probability": 1.5}, "large_step_probability is 1.5, not from 0"),
+        ("kelemen", {"large_step_probability": 1.5}, "large_step_probability is 1.5, but must be"),
         ("kelemen", {"chains": 1}, "chains is 1, but must be 2 or more"),
         ("kelemen", {"mutation": "kelement"}, "mutation is 'kelement', but must be one of mixed"),
         ("kelemen", {"mutation_size_min": 0.1}, "mutation sizes are 0.1 and 0.015625, but must"),
