@@ -54,7 +54,8 @@ For any other integrator the material is its limit of small distances, the BRDF
     f(i, o) = \frac{R_d F_t(i) F_t(o)}{\pi}
 
 beside the mirror of strength :math:`F = 1 - F_t`, with :math:`R_d` the total diffuse reflectance.
-It is black from behind.
+It is black from behind. Under ``prb`` its derivatives are too large, like those of the stock
+``plastic``: there a mirrored ray counts as one of the diffuse part. Under ``path`` they are right.
 
 **Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
 Light Transport", SIGGRAPH 2001, section 2.4.

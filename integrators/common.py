@@ -21,11 +21,15 @@ def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
         props: `mi.Properties` of the outer integrator.
 
     Raises:
-        ValueError: there is none, several, or one that renders no samples of single pixels.
+        ValueError: there is none, several, or one that renders no samples of single pixels, or
+            none without their derivatives, as ``prb``.
     """
     nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
     if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
         raise ValueError(f"{props.plugin_name()} takes one nested sampling integrator")
+    if isinstance(nested[0], mi.CppADIntegrator):
+        differentiating = type(nested[0]).__name__
+        raise ValueError(f"{props.plugin_name()} nests path or its like, not {differentiating}")
     return nested[0]
 
 

@@ -99,34 +99,6 @@ def test_last_depth_has_all_single_scattering():
     assert pictures[0] == pytest.approx(pictures[1], rel=2e-3)
 
 
-def test_the_medium_is_recovered_from_a_picture():
-    """Proves: descent along the derivatives leads back to the coefficients of a picture.
-
-    The second half of the steps wanders about the solution, and is averaged.
-    """
-    truth = {"sigma_s": [1.0, 1.25, 1.5], "sigma_a": [0.05, 0.1, 0.2]}
-    integrator = {"type": "dipole", "max_depth": 3}
-    target = mi.render(ball(integrator, -2, 0.0, **truth), spp=2048)
-    scene = ball(integrator, -2, 0.0, sigma_s=[0.75] * 3, sigma_a=[0.08] * 3)
-    parameters = mi.traverse(scene)
-    names = [f"ball.bsdf.{name}.value" for name in truth]
-    optimizer = mi.ad.Adam(lr=0.12)
-    for name in names:
-        optimizer[name] = dr.log(mi.Color3f(parameters[name]))
-    history = []
-    for step in range(60):
-        optimizer.set_learning_rate(0.12 * 0.98**step)
-        for name in names:
-            parameters[name] = dr.exp(optimizer[name])
-        parameters.update()
-        picture = mi.render(scene, parameters, spp=48, seed=step)
-        dr.backward(dr.mean(dr.square((picture - target) / (target + 0.1)), axis=None))
-        optimizer.step()
-        history.append([np.array(optimizer[name]).ravel() for name in names])
-    found = np.exp(np.mean(history[30:], axis=0))
-    assert found == pytest.approx(np.array(list(truth.values())), rel=0.1)
-
-
 def test_a_process_that_differentiated_ends_well():
     """Proves: neither derivatives nor their refusal leave an interpreter that dies at its end."""
     code = """

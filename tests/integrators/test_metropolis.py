@@ -427,6 +427,7 @@ def test_mutations_are_symmetric(name):
         ("erpt", {"direct_samples": 0.1}, "PathIntegrator cannot leave out the light of some"),
         ("erpt", {"length": 0}, "length is 0, but must be 1 or more"),
         ("erpt", {"paths": {"type": "ptracer"}}, "erpt takes one nested sampling integrator"),
+        ("erpt", {"paths": {"type": "prb"}}, "erpt nests path or its like, not PRBIntegrator"),
     ],
 )
 def test_errors(method, wrong, message):

@@ -332,13 +332,6 @@ def test_a_pass_is_as_many_kernels_as_one_of_path_and_none_is_new(bsdf):
     assert first[1] == second[1]
 
 
-def test_refuses_scalar_variants():
-    """The message names variants that work."""
-    mi.set_variant("scalar_rgb")
-    with pytest.raises(RuntimeError, match="does not work in scalar_rgb, but in llvm_ad_rgb"):
-        mi.load_dict({"type": "surfacepath"})
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
