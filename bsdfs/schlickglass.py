@@ -85,7 +85,7 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
-from relume.parameters import POSITIVE, check, choice, expose, refractive_index
+from relume.parameters import POSITIVE, check, choice, expose, refractive_index, text
 
 RUNS_UNDER = ("scalar",)
 
@@ -134,7 +134,7 @@ def define() -> type[mi.BSDF]:
                 if "int_ior" in props:
                     raise ValueError("int_ior and dispersion exclude each other")
                 formula = props["dispersion"]
-                coefficients = parse_coefficients(formula, props.get("coefficients", ""))
+                coefficients = parse_coefficients(formula, text(props, "coefficients"))
                 int_ior = index_squared(formula, coefficients, SODIUM_D) ** 0.5
                 if mi.is_spectral:
                     self.dispersion = formula

@@ -87,7 +87,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from relume.parameters import ANY, NOT_NEGATIVE, POSITIVE, Range, check, expose, number, whole
+from relume.parameters import ANY, NOT_NEGATIVE, POSITIVE, Range, check, expose, number, text, whole
 
 SUBSURFACE = 1 << 25
 """Bit outside ``mi.BSDFFlags``. In `m_flags` it marks the material; in ``BSDFContext.type_mask`` it
@@ -183,7 +183,7 @@ def define() -> type[mi.BSDF]:
             self.scale = mi.Float(number(props, "scale", 1.0))
             self.eta = mi.Float(number(props, "eta", 1.3))
             self.r_max = mi.Float(number(props, "r_max", 0.0))
-            self.object = props.get("object", "")
+            self.object = text(props, "object")
             self.level = whole(props, "level", LEVELS[0], ANY)
             if self.level not in LEVELS:
                 raise ValueError(f"level is {self.level}, but must be -1 or -2")

@@ -94,7 +94,7 @@ import numpy as np
 
 from relume.emitters.common import sample_side, sample_surface_ray, sphere_of
 from relume.emitters.dome_sampling import cell_solid_angles, find_map, texel
-from relume.parameters import NOT_NEGATIVE, check, flag, number
+from relume.parameters import NOT_NEGATIVE, check, flag, number, text
 from relume.sensors.colors import LUMINANCE
 
 RUNS_UNDER = ("polarized",)
@@ -105,7 +105,7 @@ def read_image(props: mi.Properties) -> np.ndarray:
     if ("filename" in props) == ("bitmap" in props):
         raise ValueError("ibldome: give either filename or bitmap")
     if "filename" in props:
-        bitmap = mi.Bitmap(str(mi.file_resolver().resolve(props["filename"])))
+        bitmap = mi.Bitmap(str(mi.file_resolver().resolve(text(props, "filename"))))
     else:
         bitmap = mi.Bitmap(props["bitmap"])
     if flag(props, "raw", False):
@@ -138,7 +138,7 @@ def define() -> type[mi.Emitter]:
             if "to_world" in props:
                 raise ValueError("ibldome: the shape has the transform, not the light")
             self.m_flags = int(mi.EmitterFlags.Surface) | int(mi.EmitterFlags.SpatiallyVarying)
-            self.map_name = props.get("map", "transposed")
+            self.map_name = text(props, "map", "transposed")
             self.map = find_map(self.map_name)
             self.hemisphere = flag(props, "hemisphere", False)
             self.scale = mi.Float(number(props, "scale", 1.0, NOT_NEGATIVE))

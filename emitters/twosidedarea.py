@@ -66,6 +66,7 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.emitters.common import sample_side, sample_spectrum, sample_surface_ray, sphere_of
+from relume.parameters import text
 
 RUNS_UNDER = ("polarized",)
 
@@ -94,7 +95,7 @@ def define() -> type[mi.Emitter]:
             if "to_world" in props:
                 raise ValueError("twosidedarea: the shape has the transform, not the light")
             self.radiance = props.get_emissive_texture("radiance", 1.0)
-            self.name = props.get("name", "")
+            self.name = text(props, "name")
             self.sphere = None
             self._set_flags()
 

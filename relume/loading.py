@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 import os
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any, overload
 
 import mitsuba as mi
@@ -28,6 +28,7 @@ from relume.session import (
     variant_context,
 )
 from relume.translator import Document, Translation, files_read
+from relume.translator.diagnostics import SceneError
 from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
 from relume.turns import alone
 
@@ -139,6 +140,14 @@ def translated_with_inputs(
         translation = translated(scene, options)
     named = file_names(translation.scene)
     return translation, Inputs([translation.document.path, *read, *named])
+
+
+def inputs_of(document: Document) -> Inputs:
+    """The files that a document reads, as far as they are told if others are missing."""
+    named: Iterable[str] = ()
+    with files_read.recorded() as read, suppress(SceneError):
+        named = file_names(translated(document, RenderOptions()).scene)
+    return Inputs([document.path, *read, *named])
 
 
 # ---- variants

@@ -102,6 +102,18 @@ def flag(props: Properties, name: str, default: bool) -> bool:
     return value
 
 
+def text(props: Properties, name: str, default: str = "") -> str:
+    """Read a string.
+
+    Raises:
+        ValueError: it is something else.
+    """
+    value = props.get(name, default)
+    if not isinstance(value, str):
+        raise wrong_type(name, "a string", value)
+    return value
+
+
 def choice(props: Properties, name: str, allowed: tuple[str, ...]) -> str:
     """Read a word, by default the first of `allowed`.
 
