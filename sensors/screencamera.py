@@ -16,8 +16,8 @@ r"""Camera with a screen of any shape (``screencamera``)
      - Radius of the lens, 0 or more [scene unit]; 0 is a pinhole. Default: 0. Exposed.
    * - ``focus_distance``
      - float
-     - Distance of the plane of sharpness along the **world's** Z axis [scene unit]. Default: 1.
-       Exposed.
+     - Distance of the plane of sharpness along the **world's** Z axis, above 0 [scene unit].
+       Default: 1. Exposed.
    * - ``to_world``
      - transform
      - Rigid; the camera looks along +Z with +Y up and +X to the left. Default: none.
@@ -46,6 +46,8 @@ lens of the original renderer, which is a thin lens only for a camera that looks
 
 from __future__ import annotations
 
+import math
+
 import drjit as dr
 import mitsuba as mi
 
@@ -61,6 +63,10 @@ def define() -> type[mi.Sensor]:
             self.aperture_radius = mi.Float(props.get("aperture_radius", 0.0))
             self.focus_distance = mi.Float(props.get("focus_distance", 1.0))
             self.has_lens = props.get("aperture_radius", 0.0) > 0
+            for name in ("width", "height", *(["focus_distance"] if self.has_lens else [])):
+                size = props.get(name, 1.0)
+                if not 0 < size < math.inf:
+                    raise ValueError(f"{name} is {size:g}, but must be above 0 and finite")
             self.m_needs_sample_2 = True
             self.m_needs_sample_3 = self.has_lens
             dr.make_opaque(self.width, self.height, self.aperture_radius, self.focus_distance)
@@ -81,10 +87,11 @@ def define() -> type[mi.Sensor]:
             o = to_world.translation()
             d = dr.normalize(to_world @ local)
             if self.has_lens:
-                focus = o + d * (self.focus_distance / dr.abs(d.z))
                 disk = mi.warp.square_to_uniform_disk_concentric(aperture_sample)
-                o += mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
-                d = dr.normalize(focus - o)
+                offset = mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
+                o += offset
+                # To c + d f / |d_z|, without numbers beyond single precision for d_z = 0.
+                d = dr.normalize(d - offset * (dr.abs(d.z) / self.focus_distance))
             return mi.Ray3f(o, d, time, wavelengths), weight
 
         def sample_ray_differential(
