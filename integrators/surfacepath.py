@@ -252,6 +252,8 @@ def define() -> type[mi.SamplingIntegrator]:
                 si, sampler.next_2d(), not surfaces.see_through, lit
             )
             lit &= ds.pdf != 0
+            if surfaces.spheres:
+                lit &= ~surfaces.light_themselves(si, ds)
             if dr.grad_enabled(si.p):  # the surface moves, the sampled point stays
                 ds.d = dr.normalize(ds.p - si.p)
                 L = scene.eval_emitter_direction(si, ds, lit)

@@ -22,6 +22,7 @@ from relume.session import (
     Integrator,
     Scene,
     Session,
+    check_cameras,
     reason,
     set_variant,
     thread_count,
@@ -259,7 +260,8 @@ def load_scene(translation: Translation) -> Scene:
     """The Mitsuba scene of a translation; a variant must be set.
 
     Raises:
-        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision.
+        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision, or its
+            camera has no rays.
     """
     shapes = [entry.get("type") for entry in translation.scene.values() if isinstance(entry, dict)]
     # Mitsuba 3.9 merges rectangles of one BSDF into a mesh without a bounding box. Lights at
@@ -270,9 +272,11 @@ def load_scene(translation: Translation) -> Scene:
         translation, scene=translation.scene | {"integrator": integrator}
     )
     try:
-        return mi.load_dict(translation.dictionary(), optimize=safe)
+        scene = mi.load_dict(translation.dictionary(), optimize=safe)
     except (RuntimeError, TypeError) as error:
         raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
+    check_cameras(scene, translation.document.path)
+    return scene
 
 
 def for_variant(integrator: dict[str, Any]) -> dict[str, Any]:

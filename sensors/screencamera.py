@@ -16,8 +16,8 @@ r"""Camera with a screen of any shape (``screencamera``)
      - Radius of the lens, 0 or more [scene unit]; 0 is a pinhole. Default: 0. Exposed.
    * - ``focus_distance``
      - float
-     - Distance of the plane of sharpness along the **world's** Z axis [scene unit]. Default: 1.
-       Exposed.
+     - Distance of the plane of sharpness along the **world's** Z axis, above 0 [scene unit].
+       Default: 1. Exposed.
    * - ``to_world``
      - transform
      - Rigid; the camera looks along +Z with +Y up and +X to the left. Default: none.
@@ -51,15 +51,16 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.parameters import ANY, NOT_NEGATIVE, POSITIVE, check, expose, number, plain
+from relume.parameters import NOT_NEGATIVE, POSITIVE, check, expose, number, plain
 
 RUNS_UNDER = ("scalar", "polarized")
 RANGES = {
     "width": POSITIVE,
     "height": POSITIVE,
     "aperture_radius": NOT_NEGATIVE,
-    "focus_distance": ANY,
+    "focus_distance": POSITIVE,
 }
+
 
 def define() -> type[mi.Sensor]:
     """Return the plugin's class for the variant in use."""
@@ -103,10 +104,11 @@ def define() -> type[mi.Sensor]:
             o = to_world.translation()
             d = dr.normalize(to_world @ local)
             if self.has_lens:
-                focus = o + d * (self.focus_distance / dr.abs(d.z))
                 disk = mi.warp.square_to_uniform_disk_concentric(aperture_sample)
-                o += mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
-                d = dr.normalize(focus - o)
+                offset = mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
+                o += offset
+                # To c + d f / |d_z|, without numbers beyond single precision for d_z = 0.
+                d = dr.normalize(d - offset * (dr.abs(d.z) / self.focus_distance))
             return mi.Ray3f(o, d, time, wavelengths), weight
 
         def sample_ray_differential(

@@ -58,6 +58,26 @@ def test_lens_rays():
     assert np.linalg.norm(np.cross(focus - o, d), axis=1).max() < 1e-5
 
 
+def test_a_lens_that_focuses_far_away():
+    """Rays of a film position are parallel, those beside the world's Z axis in every case."""
+    _, _, pinhole, _ = sample(screencamera())
+    _, _, d, _ = sample(screencamera(aperture_radius=0.3, focus_distance=1e30))
+    np.testing.assert_allclose(d, pinhole, atol=1e-6)
+    aside = mi.ScalarTransform4f().look_at(origin=[0, 0, 0], target=[1, 0, 0], up=[0, 1, 0])
+    sensor = mi.load_dict(screencamera(aperture_radius=0.3, to_world=aside))
+    ray, _ = sensor.sample_ray(0.0, 0.5, mi.Point2f(0.5), mi.Point2f(0.2, 0.6))
+    np.testing.assert_allclose(np.array(ray.d).T, [[1, 0, 0]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"width": 0.0}, {"height": float("nan")}, {"focus_distance": 0.0, "aperture_radius": 1.0}],
+)
+def test_sizes_are_above_0(wrong):
+    with pytest.raises(RuntimeError, match=f"{next(iter(wrong))} is .*, but must be above 0"):
+        mi.load_dict(screencamera(**wrong))
+
+
 def test_lens_of_radius_0_is_a_pinhole():
     """No difference to the default, and no aperture sample is asked for."""
     assert not mi.load_dict(screencamera()).needs_aperture_sample()
