@@ -4,7 +4,6 @@ from relume.registration import register_plugins
 
 PLUGINS = (
     "dipole",
-    "dispersivepath",
     "erpt",
     "pssmlt",
     "samplescale",

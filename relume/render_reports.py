@@ -9,8 +9,10 @@ import numpy as np
 
 from relume import noise, output
 from relume.accumulator import Accumulator
+from relume.session import Scene, sees_nothing
 from relume.tone import AUTO, Look, advice
 from relume.translator import Translation
+from relume.translator.darkness import NOTHING_SEEN, NOTHING_SHINES
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,6 +31,14 @@ def report_losses(translation: Translation, console: Console) -> None:
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
     for note in translation.picture_notes():
         console.print(f"[yellow]{note.text}[/]", highlight=False)
+
+
+def report_emptiness(scene: Scene, console: Console) -> None:
+    """Say what a loaded scene tells of a picture that stays empty."""
+    if not scene.emitters():
+        console.print(f"[yellow]{NOTHING_SHINES.text}[/]", highlight=False)
+    elif sees_nothing(scene):
+        console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
 
 
 def report_noise(

@@ -29,10 +29,9 @@ from relume.progress import (
     looking,
     progress_bar,
 )
-from relume.session import CannotRender, accumulate, sees_nothing
+from relume.session import CannotRender, accumulate
 from relume.tone import AS_IT_IS, Look
 from relume.translator import Document, Translation
-from relume.translator.darkness import NOTHING_SEEN
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -359,8 +358,8 @@ def rendered_passes(
         with open_session(translation, options) as session:
             if layers.missing:
                 layers.render(session)
-            if not translation.picture_notes() and sees_nothing(session.scene):
-                checkpoint.console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
+            if not translation.picture_notes():
+                render_reports.report_emptiness(session.scene, checkpoint.console)
             with closing(session.render(to_do)) as found:
                 yield found
             for line in getattr(session.integrator, "report", list)():

@@ -15,6 +15,10 @@ from relume.translator.scene_values import Entry, Matrix
 NEAR, FAR = 1e-6, 1e12
 """Clip distances: the original program has none, so they are out of reach [scene unit]."""
 
+PARALLEL_RAYS = 1e15
+"""Focus distance beyond which the stock lens has no numbers, and its rays are parallel long since
+[scene unit]."""
+
 FORWARD = (0.0, 0.0, -1.0)
 """Direction of a camera that is told none, as in all real files whose CAMERA_MATRIX turns it."""
 
@@ -120,7 +124,8 @@ def sensor(document: Document, dialect: str = "manual") -> Entry:
             "far_clip": FAR,
         }
         if radius > 0:
-            result |= {"type": "thinlens", "aperture_radius": radius, "focus_distance": abs(focus)}
+            focus = min(abs(focus), PARALLEL_RAYS)
+            result |= {"type": "thinlens", "aperture_radius": radius, "focus_distance": focus}
         return result | common
     return {
         "type": "screencamera",
