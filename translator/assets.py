@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+from relume.translator import curved_space
 from relume.translator.diagnostics import LineReports, Problem
 from relume.translator.document import Document
 from relume.translator.expressions import clip
@@ -110,6 +111,13 @@ class Assets:
             for field in ("texture", "bump_texture", "ibl_texture"):
                 if (name := getattr(block, field)) is not None:
                     yield self._place(block.lines, field, name)
+        for number in sorted(set(curved_space.disk_numbers(document).values())):
+            line, name = curved_space.disk_picture(document, number)
+            yield line, len("accretion_disk_texture") + 2, name
+        around = curved_space.curvature(document)
+        for field in ("background_texture1", "background_texture2"):
+            if around is not None and (name := getattr(around, field, None)) is not None:
+                yield self._place(around.lines, field, name)
 
     def _place(self, lines: LineReports, field: str, name: str) -> tuple[int, int, str]:
         return lines.line(field), len(field) + 2, name

@@ -214,7 +214,7 @@ class Document(Displayed):
     )
     color_doppler_factor_effect: float = below(
         "color_doppler_factor_effect", NUMBER, 1, 0.0,
-        "Share of the Doppler shift in the colours: of the picture of a moving camera, and of disks.",
+        "Share of the Doppler shift in the colours: of what a moving camera sees, and of disks.",
         low=0, high=1, **OUTSIDE,
     )
     use_accretion_disk_temperature: bool = below(
@@ -227,6 +227,7 @@ class Document(Displayed):
     )
     objects: list[SceneObject] = field(default_factory=list)
     gravity: list[BlackHole | WormHole] = field(default_factory=list)
+    taken: dict[str, bool] = field(default_factory=dict, compare=False)
     path: str = field(default="", compare=False)
     lines: LineReports = field(
         default_factory=lambda: LineReports(Document), compare=False, repr=False

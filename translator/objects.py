@@ -180,8 +180,8 @@ class SceneObject:
     )
     blackhole_disk: int | None = beside(
         "blackhole_disk", INTEGER, 1, None,
-        "Which `accretion_disk_texture`, from 0, a disk with `disk_map` has in the scene of a black "
-        "hole; by default that of the disk before it.",
+        "Which `accretion_disk_texture`, from 0, a disk with `disk_map` has around a black hole; "
+        "by default that of the disk before it.",
         low=0, section="14", in_manual=False,
     )
 

@@ -76,6 +76,7 @@ def fill(document: Document, lines: list[str], environ: Mapping[str, str]) -> li
     """
     cursor = Cursor(lines, document.variables, document.lines.all, environ)
     _FileReader(cursor, document).run()
+    document.taken = cursor.context.taken
     problems = [
         *cursor.problems,
         *environment_variables.override(document, environ),

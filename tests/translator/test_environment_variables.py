@@ -53,8 +53,8 @@ def test_all_variables_are_tested():
     table = {name for row in rows(Document) for name in row.environment}
     assert {name for name, *_ in CASES} == table | set(ALIASES)
     assert {name for row in rows(SceneObject) for name in row.environment} == {"USE_BSSRDF"}
-    holes = [name for block in GRAVITY_BLOCKS.values() for row in rows(block) for name in row.environment]
-    assert holes == ["BLACK_HOLE_Z", "WORM_HOLE_Z"]  # tested in test_gravity.py
+    blocks = [row for block in GRAVITY_BLOCKS.values() for row in rows(block)]
+    assert [name for row in blocks for name in row.environment] == ["BLACK_HOLE_Z", "WORM_HOLE_Z"]  # tested in test_gravity.py
 
 
 def test_the_dipole_of_every_object():

@@ -76,8 +76,8 @@ ERRORS = [
     ("WORMHOLE\nin 1 2\n", 2, 7, "syntax", "in expects 3 values"),
     ("WORMHOLE\nmap_coef1 1 0 1\n", 2, 16, "syntax", "map_coef1 expects 4 values"),
     ("WORMHOLE 1 2 3\n", 1, 10, "syntax", "WORMHOLE stands alone on its line"),
-    ("WORMHOLE\nbackground_texture a\n", 2, 1, "keyword", "did you mean 'background_texture",
-    ("special_relativity_effect\n1\n", 1, 1, "keyword", "did you mean 'special_relativity_effects'"),
+    ("WORMHOLE\nbackground_texture a\n", 2, 1, "keyword", "did you mean 'background_texture"),
+    ("special_relativity_effect\n1\n", 1, 1, "keyword", "'special_relativity_effects'?"),
     ("special_relativity_effects 1\n", 1, 28, "syntax", "takes its values on the next line"),
     ("color_doppler_factor_effect\n1.5\n", 2, 1, "range", "must be 0 to 1, found 1.5"),
     ("velocity\n1 2\n", 2, 4, "syntax", "velocity expects 3 values"),
@@ -86,7 +86,9 @@ ERRORS = [
 ]
 
 
-@pytest.mark.parametrize(("text", "line", "column", "kind", "words"), ERRORS, ids=lambda x: str(x)[:40])
+@pytest.mark.parametrize(
+    ("text", "line", "column", "kind", "words"), ERRORS, ids=lambda x: str(x)[:40]
+)
 def test_errors(text, line, column, kind, words):
     """Where, what, and what was expected."""
     found = error(text)
@@ -95,7 +97,8 @@ def test_errors(text, line, column, kind, words):
 
 def test_other_lines_are_passed_over():
     """What is no word of the block is skipped, as the program does, and a blank line ends it."""
-    document, problems = parse([*BLOCK.split("\n")[:1], "charge 1", "coef 3", "", "DEPTH", "4"], "", {})
+    lines = ["BLACKHOLE 0 0 0", "charge 1", "coef 3", "", "DEPTH", "4"]
+    document, problems = parse(lines, "", {})
     assert problems == [] and (document.depth, document.coef) == (4, 3)
     assert [(r.line, r.outcome) for r in document.gravity[0].lines.all] == [
         (1, "translated"), (2, "ignored"), (3, "translated")]
