@@ -82,7 +82,12 @@ class Destination:
         return output.safe_path(self.stem + PASSES, self.folder)[0]
 
     def write(
-        self, document: Document, accumulator: Accumulator, seconds: float, spectral: bool
+        self,
+        document: Document,
+        accumulator: Accumulator,
+        seconds: float,
+        spectral: bool,
+        comment: str = "",
     ) -> output.Written:
         """Write the picture; one that the scene names gets a BMP beside it, as the manual says.
 
@@ -91,12 +96,15 @@ class Destination:
             accumulator: what was rendered.
             seconds: that it took, for the name.
             spectral: whether it was rendered by wavelength, for the name.
+            comment: what its metadata say of it.
 
         Raises:
             OutputError: it cannot be written.
         """
         if self.exact is not None:
-            return output.write_image(self.exact, accumulator.image(), document.gamma_offset)
+            return output.write_image(
+                self.exact, accumulator.image(), document.gamma_offset, comment
+            )
         method = metropolis(document)
         name = output.output_name(
             self.stem,
@@ -113,7 +121,7 @@ class Destination:
         path, note = output.safe_path(name, self.folder)
         self.notes += [note] if note else []
         path = self.inputs.spared(path, output.bmp_beside)
-        return output.write_outputs(path, accumulator.image(), document.gamma_offset)
+        return output.write_outputs(path, accumulator.image(), document.gamma_offset, comment)
 
     def dump_path(self, index: int) -> Path:
         """Path of a picture of the progress: `image/box_W000001.bmp` beside the picture `box`."""

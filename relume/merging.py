@@ -54,7 +54,8 @@ def merge(
     if out.name.endswith(PASSES):
         passes_file.write(out, accumulator, header)
         return (out,), missing
-    return output.write_image(out, accumulator.image(), header.gamma).paths, missing
+    written = output.write_image(out, accumulator.image(), header.gamma, header.comment)
+    return written.paths, missing
 
 
 def checked(parts: Sequence[str | Path]) -> tuple[Header, PassSet]:

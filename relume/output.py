@@ -17,6 +17,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -184,13 +185,16 @@ def check_format(path: str | Path) -> None:
         raise OutputError(f"cannot write {path}: {found}, expected one of {' '.join(WRITERS)}")
 
 
-def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
+def write_outputs(
+    path: str | Path, image: np.ndarray, gamma: float = 0.0, comment: str = ""
+) -> Written:
     """Write a picture and, as the original program does, a BMP beside it.
 
     Args:
         path: the file; the extension chooses its format as for `write_image`.
         image: linear RGB, shape (height, width, 3), row 0 at the top.
         gamma: the scene's ``gamma_offset``.
+        comment: as `write_image`.
 
     Returns:
         The picture and the BMP (once, if it is the BMP).
@@ -198,7 +202,7 @@ def write_outputs(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Wr
     Raises:
         OutputError: a file cannot be written.
     """
-    written = write_image(path, image, gamma)
+    written = write_image(path, image, gamma, comment)
     picture = written.paths[0]
     if picture.suffix.lower() == ".bmp":
         return written
@@ -211,7 +215,9 @@ def bmp_beside(path: Path) -> Path:
     return path.with_name(split_extension(path.name)[0] + ".bmp")
 
 
-def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Written:
+def write_image(
+    path: str | Path, image: np.ndarray, gamma: float = 0.0, comment: str = ""
+) -> Written:
     """Write a picture in the format of its extension (in any case).
 
     ``.hdr`` (Radiance RGBE) and ``.exr`` (float32 R, G, B) are linear; ``.png``, ``.bmp`` (24 bit)
@@ -223,6 +229,7 @@ def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Writ
         image: linear RGB, shape (height, width, 3), row 0 at the top.
         gamma: the scene's ``gamma_offset``: the exponent e where its magnitude is above
             0.01, else e = 1/2.2; without effect on linear formats.
+        comment: what the file's metadata say of the picture; BMP has none.
 
     Returns:
         The file's path, and the number of pixels that had to be repaired.
@@ -243,7 +250,7 @@ def write_image(path: str | Path, image: np.ndarray, gamma: float = 0.0) -> Writ
     image, repaired = repair(image)
     pixels = image if linear else encode_display(image, gamma)
     with replacing(path) as temporary:
-        write(temporary, pixels)
+        write(temporary, pixels, comment)
     return Written((path,), repaired)
 
 
@@ -303,10 +310,11 @@ def encode_rgbe(image: np.ndarray) -> np.ndarray:
     return rgbe
 
 
-def _write_hdr(path: Path, image: np.ndarray) -> None:
+def _write_hdr(path: Path, image: np.ndarray, comment: str) -> None:
     height, width, _ = image.shape
     rgbe = encode_rgbe(image)
-    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
+    told = "".join(f"# {line}\n" for line in comment.splitlines())
+    header = f"#?RADIANCE\n{told}FORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
     # Run-length encoding exists for these widths only; other widths are stored flat.
     body = _pack_scanlines(rgbe) if 8 <= width < 32768 else rgbe.tobytes()
     path.write_bytes(header + body)
@@ -328,41 +336,51 @@ def _pack_scanlines(rgbe: np.ndarray) -> bytes:
     return np.concatenate([marker, packed.reshape(height, -1)], axis=1).tobytes()
 
 
-def _write_exr(path: Path, image: np.ndarray) -> None:
+def _write_exr(path: Path, image: np.ndarray, comment: str) -> None:
     import OpenEXR
 
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header: dict[str, Any] = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+    }
+    header |= {"comments": comment} if comment else {}
     channels = {name: np.ascontiguousarray(image[..., i]) for i, name in enumerate("RGB")}
     OpenEXR.File(header, channels).write(str(path))
 
 
-def _write_ppm(path: Path, pixels: np.ndarray) -> None:
+def _write_ppm(path: Path, pixels: np.ndarray, comment: str) -> None:
     height, width, _ = pixels.shape
     digits = np.array([list(f"{value:3d} ".encode()) for value in range(256)], np.uint8)
     text = digits[pixels]
     text[:, :, 2, 3] = ord("\n")
-    path.write_bytes(f"P3\n{width} {height}\n255\n".encode() + text.tobytes())
+    told = "".join(f"# {line}\n" for line in comment.splitlines())
+    path.write_bytes(f"P3\n{told}{width} {height}\n255\n".encode() + text.tobytes())
 
 
-def _write_png(path: Path, pixels: np.ndarray) -> None:
-    path.write_bytes(_pillow(pixels, "PNG"))
+def _write_png(path: Path, pixels: np.ndarray, comment: str) -> None:
+    from PIL.PngImagePlugin import PngInfo
+
+    told = PngInfo()
+    if comment:
+        told.add_itxt("Comment", comment)
+    path.write_bytes(_pillow(pixels, "PNG", pnginfo=told))
 
 
-def _write_bmp(path: Path, pixels: np.ndarray) -> None:
+def _write_bmp(path: Path, pixels: np.ndarray, _: str) -> None:
     path.write_bytes(_pillow(pixels, "BMP"))
 
 
-def _pillow(pixels: np.ndarray, format: str) -> bytes:
+def _pillow(pixels: np.ndarray, format: str, **options: Any) -> bytes:
     """Encode in memory: written to a file directly, Pillow's BMP is silently cut on a full disk."""
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.fromarray(pixels).save(buffer, format=format)
+    Image.fromarray(pixels).save(buffer, format=format, **options)
     return buffer.getvalue()
 
 
 # extension: writer, whether it takes linear values
-WRITERS: dict[str, tuple[Callable[[Path, np.ndarray], None], bool]] = {
+WRITERS: dict[str, tuple[Callable[[Path, np.ndarray, str], None], bool]] = {
     ".hdr": (_write_hdr, True),
     ".exr": (_write_exr, True),
     ".png": (_write_png, False),

@@ -40,6 +40,7 @@ class Header:
         spp: samples per pixel that the render is to have in the end.
         seconds: time that they took.
         gamma: the scene's `gamma_offset`, for pictures encoded for display.
+        comment: what the metadata of the picture say of it.
         size: width and height [pixel].
         passes: as `PassSet` writes itself.
         observations: as `Accumulator`.
@@ -55,6 +56,7 @@ class Header:
     passes: str = ""
     observations: int = 0
     checksum: int = 0
+    comment: str = ""
     format: int = FORMAT
 
     @property

@@ -122,7 +122,7 @@ def render_file(
             written = output.Written((part,), 0)
         else:
             seconds = checkpoint.seconds + ended.seconds
-            written = destination.write(document, accumulator, seconds, spectral)
+            written = destination.write(document, accumulator, seconds, spectral, header.comment)
         if not unfinished:
             checkpoint.discard()
     report_noise(accumulator, ended.why, asked, console)
@@ -149,7 +149,14 @@ def header_of(translation: Translation, options: RenderOptions, plan: PassPlan) 
         spp=plan.spp,
         seconds=0.0,
         gamma=translation.document.gamma_offset,
+        comment=comment_of(translation),
     )
+
+
+def comment_of(translation: Translation) -> str:
+    """What the metadata of a picture say of it: what is not what the scene names."""
+    names = ", ".join(repr(name) for name in translation.stand_ins)
+    return f"relume --stand-ins: shown instead of missing files: {names}" if names else ""
 
 
 def passes_to_render(plan: PassPlan, done: PassSet, only: tuple[int, int] | None = None) -> PassSet:
@@ -195,7 +202,8 @@ def rendered_passes(
     """
     if cluster is None:
         with open_session(translation, options) as session:
-            if not translation.picture_notes() and sees_nothing(session.scene):
+            bends = "curvedspace" in translation.plan.plugins
+            if not (translation.picture_notes() or bends) and sees_nothing(session.scene):
                 checkpoint.console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
             with closing(session.render(to_do)) as found:
                 yield found

@@ -81,8 +81,9 @@ class Recentering:
 
         if isinstance(block, BlackHole):
             return dataclasses.replace(block, position=moved(block.position))
-        places = {"entrance": moved(block.entrance), "exit": moved(block.exit)}
-        return dataclasses.replace(block, **places)
+        return dataclasses.replace(
+            block, entrance=moved(block.entrance), exit=moved(block.exit)
+        )
 
     def diluted(self, coefficients: Triple) -> Triple:
         """Coefficients of a medium [1/scene unit] that is enlarged as the scene is."""

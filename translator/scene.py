@@ -14,9 +14,12 @@ docs/dev/translation.md tells more.
 from __future__ import annotations
 
 import copy
+import dataclasses
 import functools
+import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from relume.translator import (
@@ -48,6 +51,7 @@ from relume.translator.scene_geometry import SceneGeometry, measure
 from relume.translator.scene_values import Entry, resolved, rgb, to_mitsuba
 from relume.translator.shapes import MeshFile, Sphere
 from relume.translator.source_text import FileName
+from relume.translator.stand_ins import Workshop
 
 OWN_PLUGINS = {
     "ward": "bsdf",
@@ -91,11 +95,13 @@ class Translation:
         document: copy of the document; its `lines.all` tells what each line became.
         scene: the scene as plain values; `dictionary()` is what Mitsuba takes.
         plan: how it is rendered.
+        stand_ins: names of the missing files in whose places others are shown.
     """
 
     document: Document
     scene: Entry
     plan: plan.RenderPlan
+    stand_ins: tuple[str, ...] = ()
 
     def dictionary(self) -> dict[str, Any]:
         """The dictionary for `mi.load_dict`; a variant must be set.
@@ -126,7 +132,10 @@ class Translation:
 
 
 def translate(
-    document: Document, dialect: str = "manual", asset_path: Iterable[FileName] = ()
+    document: Document,
+    dialect: str = "manual",
+    asset_path: Iterable[FileName] = (),
+    stand_ins: bool = False,
 ) -> Translation:
     """Translate a document.
 
@@ -134,6 +143,7 @@ def translate(
         document: the `Document`; left as it is.
         dialect: `manual` (default) or `prender`, to match an old picture (see `dialects`).
         asset_path: folders in which files that a scene names are looked for.
+        stand_ins: whether something is shown in the place of missing pictures (see `stand_ins`).
 
     Returns:
         The `Translation`.
@@ -146,14 +156,24 @@ def translate(
     if dialect not in DIALECTS:
         raise ValueError(f"unknown dialect {dialect!r}, expected one of {', '.join(DIALECTS)}")
     document = working_copy(document, dialect)
-    assets = Assets(document, asset_path)
+    if not stand_ins:
+        return with_assets(document, dialect, Assets(document, asset_path))
+    with tempfile.TemporaryDirectory() as folder:
+        assets = Assets(document, asset_path, Workshop(Path(folder)))
+        made = with_assets(document, dialect, assets)
+    return dataclasses.replace(made, stand_ins=tuple(assets.stand_ins))
+
+
+def with_assets(document: Document, dialect: str, assets: Assets) -> Translation:
+    """The translation of a working copy whose files are found; arguments and errors as
+    `translate`."""
     if problems := assets.problems() + materials.missing_parameters(document):
         raise SceneError(document.path, problems)
     line_outcomes.report_keywords(document, dialect)
     camera.report_camera(document, dialect)
     curved_space.report_bending(document, dialect)
     sides = [
-        placed(side, dialect, assets.find) for side in curved_space.sides(document, dialect)
+        placed(side, dialect, assets.path) for side in curved_space.sides(document, dialect)
     ]
     translated = [translate_objects(side) for side in sides]
     problems = [problem for _, found in translated for problem in found]

@@ -64,7 +64,8 @@ def run(
         OutputError: the page cannot be written; and what `compare` raises.
     """
     if out is not None:
-        options = {k: v for k, v in arguments.items() if k in ("dialect", "asset_path")}
+        of_scene = ("dialect", "asset_path", "stand_ins")
+        options = {k: v for k, v in arguments.items() if k in of_scene}
         _, inputs = translated_with_inputs(scene, RenderOptions(**options))
         check_page(Path(out), inputs.and_(arguments.get("with_", "")))
     columns = (TextColumn("run"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())

@@ -319,7 +319,9 @@ class Stage:
                 raise CannotRender(f"{method.name}: {FOREIGN}")
             changed = method.document(self.document)
             options = self.options
-            result = translator.translate(changed, options.dialect, options.asset_path)
+            result = translator.translate(
+                changed, options.dialect, options.asset_path, options.stand_ins
+            )
             if result.plan.variant != self.translation.plan.variant:
                 raise CannotRender(f"{method.name} needs the variant {result.plan.variant}")
         scene = method.scene(result.scene) if method.scene else result.scene

@@ -54,7 +54,8 @@ def test_all_variables_are_tested():
     assert {name for name, *_ in CASES} == table | set(ALIASES)
     assert {name for row in rows(SceneObject) for name in row.environment} == {"USE_BSSRDF"}
     blocks = [row for block in GRAVITY_BLOCKS.values() for row in rows(block)]
-    assert [name for row in blocks for name in row.environment] == ["BLACK_HOLE_Z", "WORM_HOLE_Z"]  # tested in test_gravity.py
+    variables = [name for row in blocks for name in row.environment]
+    assert variables == ["BLACK_HOLE_Z", "WORM_HOLE_Z"]  # tested in test_gravity.py
 
 
 def test_the_dipole_of_every_object():
