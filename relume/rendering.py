@@ -21,7 +21,7 @@ from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
 from relume.progress import Progress, TimeLimit, interruptible, progress_bar
-from relume.session import CannotRender, accumulate, sees_nothing
+from relume.session import CannotRender, Integrator, accumulate, sees_nothing
 from relume.translator import Document, Translation
 from relume.translator.darkness import NOTHING_SEEN
 
@@ -209,6 +209,9 @@ def rendered_passes(
                 yield found
             for line in getattr(session.integrator, "report", list)():
                 checkpoint.console.print(line, highlight=False)
+            if count := unfinished(session.integrator):
+                text = f"{count} rays ran out of steps: geodesics_max_length allows too few"
+                checkpoint.console.print(f"[yellow]{text}[/]", highlight=False)
         return
     render = checkpoint.header.render
     with (
@@ -216,6 +219,15 @@ def rendered_passes(
         closing(farm.render(to_do)) as found,
     ):
         yield found
+
+
+def unfinished(integrator: Integrator | None) -> int:
+    """How many rays in curved space have run out of steps, by an integrator or one inside it."""
+    while integrator is not None:
+        if hasattr(integrator, "unfinished"):
+            return int(integrator.unfinished())
+        integrator = getattr(integrator, "nested", None)
+    return 0
 
 
 def run(

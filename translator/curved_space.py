@@ -323,7 +323,8 @@ def integrator(document: Document, dialect: str, nested: Entry) -> Entry:
     """
     block = curvature(document)
     assert block is not None
-    budget = int(max(min(block.geodesics_max_length, 2**30), -1))
+    length = block.geodesics_max_length
+    budget = -1 if length < 0 else max(int(min(length, 2**30)), 1)
     result: Entry = {"type": "curvedspace", "geodesics_max_length": budget, "nested": nested}
     if isinstance(block, WormHole):
         out = {} if far_apart(block) else {"mouth_out": _floats(block.exit or ())}

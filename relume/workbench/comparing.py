@@ -154,6 +154,9 @@ def compare(
     plan, integrator = translation.plan, options.integrator
     first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
+    for method in wanted if methods.bends(translation) else ():
+        if why := methods.obstacle(method, translation):
+            raise CannotRender(f"{method.name}: {why}; --with also takes a picture")
     with variant_and_threads(translation, options.variant):
         stage = methods.Stage(document, translation, options)
         loaded = [(method.name, *stage.load(method)) for method in wanted]
