@@ -85,6 +85,18 @@ SHORTEST = 1e-9
 """Step below which a geodesic cannot be followed."""
 
 
+def surfaces_of(scenes: list[mi.Scene]) -> Surfaces:
+    """What a path tracer has to reckon with in several scenes."""
+    first, *others = (Surfaces(scene) for scene in scenes)
+    for other in others:
+        first.see_through |= other.see_through
+        first.disperse |= other.disperse
+        first.masked_lamps |= other.masked_lamps
+        first.solid_lamps += other.solid_lamps
+        first.backdrops += other.backdrops
+    return first
+
+
 def define() -> type[mi.SamplingIntegrator]:
     """Return the plugin's class for the variant in use."""
 
@@ -109,6 +121,7 @@ def define() -> type[mi.SamplingIntegrator]:
         side: mi.UInt32
         g: Geodesic
         steps: mi.UInt32
+        open: mi.Bool
         advance: mi.Bool
         final: mi.Bool
         sky: mi.UInt32
@@ -126,13 +139,22 @@ def define() -> type[mi.SamplingIntegrator]:
                 raise ValueError(f"geodesics_max_length is {most}, but must be 1 or more, or -1")
             self.max_steps = mi.UInt32(NO_LIMIT if most == -1 else most)
             self.skies = [props.get("sky", None)]
+            self.other, self.start_side = None, 1
+            if self.metric.sides == 2:
+                self.skies.append(props.get("sky2", None))
+                self.other = props.get("other", None)
+                self.start_side = props.get("start_side", 1)
+            if self.start_side not in (1, 2):
+                raise ValueError(f"start_side is {self.start_side}, but must be 1 or 2")
             self.count = dr.zeros(mi.UInt32, 1)
             dr.make_opaque(self.max_steps, self.count)
 
         def traverse(self, cb):
             cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
-            if self.skies[0] is not None:
-                cb.put("sky", self.skies[0], mi.ParamFlags.Differentiable)
+            parts = {"sky": self.skies[0], "sky2": self.skies[-1], "other": self.other}
+            for name, part in parts.items():
+                if part is not None:
+                    cb.put(name, part, mi.ParamFlags.Differentiable)
 
         def with_depth_range(self, min_depth, max_depth):
             raise ValueError("curvedspace cannot leave out the light of some paths")
@@ -146,8 +168,8 @@ def define() -> type[mi.SamplingIntegrator]:
 
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):
-            scenes = [scene]
-            surfaces = [Surfaces(scene) for scene in scenes]
+            scenes = [scene, self.other or scene][: self.metric.sides]
+            surfaces = surfaces_of(scenes)
             path = self.started(scenes, ray, active)
             wavelengths = ray.wavelengths
             while dr.hint(path.active, label="Geodesics"):
@@ -158,7 +180,7 @@ def define() -> type[mi.SamplingIntegrator]:
         def started(self, scenes, ray, active):
             """A path at its sensor."""
             shows = not self.nested.hide_emitters
-            side = mi.UInt32(1)
+            side = mi.UInt32(self.start_side)
             g = self.metric.begin(ray.o, ray.d, side, camera=True)
             path = Path(
                 L=mi.Spectrum(0),
@@ -174,6 +196,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 side=side,
                 g=g,
                 steps=mi.UInt32(0),
+                open=mi.Bool(True),
                 advance=mi.Bool(True),
                 final=mi.Bool(False),
                 sky=mi.UInt32(0),
@@ -187,6 +210,7 @@ def define() -> type[mi.SamplingIntegrator]:
             captured = where & self.metric.captured(path.g)
             path.active &= ~captured
             path.seen |= captured
+            path.open = dr.select(where, self.metric.in_scene(path.g), path.open)
             asymptote, rest = self.metric.asymptote(path.g)
             leaves = where & (rest < REST)
             path.final |= leaves
@@ -210,11 +234,11 @@ def define() -> type[mi.SamplingIntegrator]:
                 ray = mi.Ray3f(path.p, dr.select(path.final, path.d, chord / length))
                 ray.maxt = dr.select(path.final, dr.largest(mi.Float), length)
                 ray.wavelengths = wavelengths
-                tests = there & self.metric.in_scene(path.g)
-                pi = scenes[0].ray_intersect_preliminary(ray, coherent=False, active=tests)
+                tests = there & path.open
+                pi = self.intersect(scenes, ray, path.side, tests)
                 hit = tests & pi.is_valid()
                 if hit:
-                    begun = self.meet(surfaces[0], sampler, path, ray, pi, length)
+                    begun = self.meet(surfaces, sampler, path, ray, pi, length)
 
             on = there & ~hit
             gone = on & path.final
@@ -226,6 +250,16 @@ def define() -> type[mi.SamplingIntegrator]:
             path.advance |= on
             self.arrive(path, on | begun)
             self.give_up(path)
+
+        def intersect(self, scenes, ray, side, active):
+            """What chords meet, each in the scene of its side."""
+            if self.other is None:
+                return scenes[0].ray_intersect_preliminary(ray, coherent=False, active=active)
+            near, far = (
+                scene.ray_intersect_preliminary(ray, coherent=False, active=active & (side == i))
+                for i, scene in enumerate(scenes, 1)
+            )
+            return dr.select(side == 1, near, far)
 
         def give_up(self, path):
             """End geodesics that have run out of steps."""
@@ -288,6 +322,8 @@ def define() -> type[mi.SamplingIntegrator]:
             path.advance = ~passes
             path.final &= passes
             path.steps = dr.select(passes, path.steps, 0)
+            if self.other is None:  # in one room, mirrors show one wormhole
+                path.side = dr.select(passes, path.side, 1)
             g = self.metric.begin(out.o, out.d, path.side, camera=False)
             path.g = dr.select(passes, path.g, g)
             return ~passes

@@ -9,6 +9,7 @@ import mitsuba as mi
 
 from relume.integrators.metrics.metric import Metric
 from relume.integrators.metrics.schwarzschild import Schwarzschild
+from relume.integrators.metrics.wormhole import Wormhole
 
 
 def metric_of(props: mi.Properties) -> Metric:
@@ -20,7 +21,7 @@ def metric_of(props: mi.Properties) -> Metric:
     Raises:
         ValueError: no metric has that name, or one of its parameters is out of range.
     """
-    metrics = {"schwarzschild": Schwarzschild}
+    metrics = {"schwarzschild": Schwarzschild, "wormhole": Wormhole}
     name = props.get("metric", "schwarzschild")
     if name not in metrics:
         raise ValueError(f"metric is {name!r}, expected one of {', '.join(metrics)}")

@@ -52,6 +52,7 @@ class Metric(ABC):
     """
 
     sides: int = 1
+    """How many skies there are."""
 
     @abstractmethod
     def begin(self, p: mi.Point3f, d: mi.Vector3f, side: mi.UInt32, camera: bool) -> Geodesic:
@@ -101,7 +102,7 @@ class Metric(ABC):
         return mi.UInt32(1)
 
     def in_scene(self, g: Geodesic) -> mi.Bool:
-        """Whether it is where objects can be."""
+        """Whether it is where objects can be: what begins elsewhere meets none."""
         return mi.Bool(True)
 
     def captured(self, g: Geodesic) -> mi.Bool:
