@@ -175,7 +175,8 @@ def define() -> type[mi.SamplingIntegrator]:
             while dr.hint(path.active, label="Geodesics"):
                 self.march(scenes, surfaces, sampler, wavelengths, path)
             dr.scatter_reduce(dr.ReduceOp.Add, self.count, path.unfinished, 0, path.unfinished > 0)
-            return path.L + path.β * self.sky(scenes, wavelengths, path), path.seen, []
+            sky = path.β * self.sky(scenes, wavelengths, path)  # not finite where a path has ended
+            return path.L + dr.select(path.sky > 0, sky, 0), path.seen, []
 
         def started(self, scenes, ray, active):
             """A path at its sensor."""

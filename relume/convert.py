@@ -70,7 +70,9 @@ def write_xml(
         files.write()
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
         name_kinds(state)
-        text = header(path, out, translation.plan) + mi.parser.write_string(state)
+        # Of a scene inside another Mitsuba 3.9 writes no type, which its own reader asks for.
+        xml = mi.parser.write_string(state).replace("<scene name=", '<scene type="scene" name=')
+        text = header(path, out, translation.plan) + xml
         with replacing(out) as temporary:
             temporary.write_text(text, encoding="utf-8")
     return [out, *files.paths]
