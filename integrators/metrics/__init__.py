@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import mitsuba as mi
 
+from relume.integrators.metrics.kerr import Kerr
 from relume.integrators.metrics.metric import Metric
 from relume.integrators.metrics.schwarzschild import Schwarzschild
 from relume.integrators.metrics.wormhole import Wormhole
@@ -21,7 +22,7 @@ def metric_of(props: mi.Properties) -> Metric:
     Raises:
         ValueError: no metric has that name, or one of its parameters is out of range.
     """
-    metrics = {"schwarzschild": Schwarzschild, "wormhole": Wormhole}
+    metrics = {"schwarzschild": Schwarzschild, "kerr": Kerr, "wormhole": Wormhole}
     name = props.get("metric", "schwarzschild")
     if name not in metrics:
         raise ValueError(f"metric is {name!r}, expected one of {', '.join(metrics)}")

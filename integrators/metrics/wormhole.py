@@ -128,7 +128,7 @@ class Wormhole(Metric):
         return dr.normalize(out * n + g.k[0] / self.shape(g.y[0])[0] * t)
 
     def asymptote(self, g: Geodesic) -> tuple[mi.Vector3f, mi.Float]:
-        # 1/r' - 1 is about M/l; half of it, weighted by dψ/dr, is what ψ turns more than in flat space.
+        # 1/r' - 1 is about M/l; half of it, times the sine, is what ψ turns more than where r' = 1.
         n, t = self.axes(g)
         r, _ = self.shape(g.y[0])
         cosine, sine = dr.mulsign(g.y[2], g.y[0]), g.k[0] / r
