@@ -70,9 +70,7 @@ def moved_lines(color: mi.Color3f, D: mi.Float) -> mi.Color3f:
     return mi.Color3f(*result)
 
 
-def shifted(
-    color: mi.Color3f, D: mi.Float, share: mi.Float, limit: float = dr.inf
-) -> mi.Color3f:
+def shifted(color: mi.Color3f, D: mi.Float, share: mi.Float, limit: float = dr.inf) -> mi.Color3f:
     """A colour in the sight of who sees all frequencies times D.
 
     Args:

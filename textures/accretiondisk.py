@@ -56,8 +56,8 @@ r"""Disk of glowing gas around a black hole (``accretiondisk``)
        Default: 0.
 
 The gas moves on circular orbits about +Z between the innermost stable one, of radius
-:math:`r_i`, and R. At Boyer and Lindquist's radius r and at the angle :math:`\vartheta` in the plane
-of the disk the picture is looked up at
+:math:`r_i`, and R. At Boyer and Lindquist's radius r and at the angle :math:`\vartheta` in the
+plane of the disk the picture is looked up at
 
 .. math::
     (u, v) = \tfrac12 + \frac{r - r_i}{R - r_i} (\cos\vartheta, -\sin\vartheta), \qquad v
@@ -178,7 +178,7 @@ def define() -> type[mi.Texture]:
                 "shift is to be in [0, 1]": 0 <= share <= 1,
                 "temperature is to be 0 or more": temperature >= 0,
                 "outer_radius is to be above that of the innermost stable orbit, "
-                f"{self.r_in * mass:g}": R > self.r_in,
+                f"{self.r_in * mass:g}": self.r_in < R,
             }
             for limit, kept in limits.items():
                 if not kept:
