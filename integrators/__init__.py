@@ -6,6 +6,7 @@ PLUGINS = (
     "curvedspace",
     "dipole",
     "dispersivepath",
+    "dopplershift",
     "erpt",
     "pssmlt",
     "samplescale",

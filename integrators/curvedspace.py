@@ -9,7 +9,8 @@ r"""Light in curved space (``curvedspace``)
      - Description
    * - ``metric``
      - string
-     - ``schwarzschild``, a black hole without spin. Default: schwarzschild.
+     - ``schwarzschild``, a black hole without spin, ``kerr``, one that spins, or ``wormhole``.
+       Default: schwarzschild.
    * - ``center``
      - point
      - Centre of the black hole [scene unit]. Default: 0, 0, 0.
@@ -17,46 +18,96 @@ r"""Light in curved space (``curvedspace``)
      - float
      - Mass M of the black hole as a length, half the Schwarzschild radius, above 0 [scene unit].
        Default: 1.
+   * - ``spin``
+     - float
+     - For ``kerr``, the angular momentum a about +Z, within -1 and 1 [M]. Default: 0.
    * - ``observer``
      - string
-     - Who sees rays from the sensor: ``coordinate``, in whose sight directions are those of the
-       scene's coordinates, or ``static``, an observer at rest, who measures angles. Default:
-       coordinate.
+     - Who sees rays from the sensor near a black hole: ``coordinate``, in whose sight directions
+       are those of the scene's coordinates, or ``static``, an observer at rest, who measures
+       angles. Default: coordinate.
+   * - ``mouth_in``, ``mouth_out``
+     - point
+     - Centres of the mouths of a wormhole, of side 1 and side 2 [scene unit]. Default: 0, 0, 0.
+   * - ``rho``
+     - float
+     - Radius of a wormhole's throat, above 0 [scene unit]. Default: 1.3.
+   * - ``a``
+     - float
+     - Half the length of the throat, 0 or more [scene unit]. Default: 0.5.
+   * - ``W``
+     - float
+     - Width of the zone before its mouths that bends light, above 0 [scene unit]. Default: 0.05.
+   * - ``other``
+     - scene
+     - What is on side 2 of a wormhole, in coordinates of its own, which are those of
+       ``mouth_out``. Default: both mouths are in the one scene.
+   * - ``start_side``
+     - integer
+     - Side of the sensor, 1 or 2. Default: 1.
    * - ``geodesics_max_length``
      - integer
      - Most steps of a geodesic from a sensor or surface to the next, 1 or more; -1 for no limit.
        Default: 10000.
-   * - ``sky``
+   * - ``sky``, ``sky2``
      - emitter
-     - Environment that light comes from at infinity. Default: that of the scene.
+     - Environments that light comes from at infinity, on side 1 and side 2. Default: those of the
+       scenes.
    * - (nested)
      - integrator
      - ``surfacepath``, whose depths, roulette and ``hide_emitters`` count. Required.
 
 Rays from the sensor and from surfaces follow the paths of light in the metric, geodesics. Each is
 integrated by the method of Cash and Karp, orders 5 and 4, with steps whose error in single
-precision is :math:`3 \cdot 10^{-7}` of the distance from the centre and whose chords lie within
-:math:`3 \cdot 10^{-4}` of it. Chords are intersected with the scene as far as they go, surfaces see
-the tangent of the path where it meets them, and a ray that leaves goes on straight once less than
-:math:`2 \cdot 10^{-4}` rad of its deflection are left, and meets the sky in its asymptotic
-direction. Inside the horizon all is black.
+precision is :math:`3 \cdot 10^{-7}` of the distance from the centre and, where there are objects,
+whose chords lie within :math:`3 \cdot 10^{-4}` of it. Chords are intersected with the scene as far
+as they go, surfaces see the tangent of the path where it meets them, and a ray that leaves goes on
+straight once less than :math:`2 \cdot 10^{-4}` rad of its deflection are left, which are added to
+first order, and meets the sky in its asymptotic direction. Inside a horizon all is black.
+
+**Black holes.** In units in which M and the speed of light at infinity are 1,
 
 .. math::
-    x'' = -3 M L^2 x / r^5, \qquad L = |x \times x'|
+    x'' = -3 L^2 x / r^5, \qquad L = |x \times x'|
 
-is the law around a black hole of mass M, in units in which light at infinity has speed 1, with the
-radius r of the scene for the areal radius.
+is the law around one without spin, with the radius r of the scene for the areal radius. One with
+spin is Kerr's; the scene shows the coordinates of Boyer and Lindquist on oblate spheroids,
 
-Light is found by hits alone: no ray can be aimed at a lamp through curved space. Lamps are to be
-large, or the sky; lights without a surface give nothing. A ray of a surface begins in the scene's
-coordinates, whatever ``observer`` says.
+.. math::
+    x + i y = \sqrt{r^2 + a^2} \sin\theta\, e^{i \varphi}, \qquad z = r \cos\theta,
+
+and light is followed in those of Kerr and Schild, which have no poles. To a ``coordinate`` observer
+at the distance r the shadow of a hole without spin has the half angle :math:`\sin^2\alpha =
+27 / (r^2 + 54/r)`, to a ``static`` one :math:`\sin\alpha = (3 \sqrt 3 / r) \sqrt{1 - 2/r}`.
+
+**Wormholes** join two spaces by a throat of radius :math:`\rho` and length 2 a. At the proper
+distance l from its middle spheres have the radius
+
+.. math::
+    r(l) = \rho + m (x \arctan x - \tfrac12 \log(1 + x^2)), \quad
+    x = 2 (|l| - a) / (\pi m), \quad m = W / 1.42953,
+
+and, with the impact parameter :math:`\beta` of the ray, in its plane,
+
+.. math:: l'' = \beta^2 r'(l) / r^3, \qquad \psi' = \beta / r^2.
+
+A direction from one mouth is the same from the other, so that what is beyond is seen mirrored.
+Without ``other`` a ray that a surface sends, through whichever mouth it was seen, sees the mouth
+at ``mouth_in``.
+
+**What is not there.** Light is found by hits alone: no ray can be aimed at a lamp through curved
+space. Lamps are to be large, or the sky; lights without a surface give nothing. A ray of a surface
+begins in the scene's coordinates, whatever ``observer`` says. Light has no shift of its frequency,
+except that of ``accretiondisk``.
 
 A geodesic that has run out of steps is taken for one that the hole keeps inside 3 M, and for one
-that leaves straight on elsewhere. ``unfinished()`` tells how many there have been.
+that leaves straight on elsewhere. ``unfinished()`` of the integrator tells how many there have been
+since it was asked last.
 
-**Source.** O. James, E. von Tunzelmann, P. Franklin and K. Thorne, "Gravitational lensing by
-spinning black holes in astrophysics, and in the movie Interstellar", Classical and Quantum Gravity
-32 (2015).
+**Source.** S. Chandrasekhar, "The Mathematical Theory of Black Holes", 1983; O. James, E. von
+Tunzelmann, P. Franklin and K. Thorne, "Gravitational lensing by spinning black holes in
+astrophysics, and in the movie Interstellar", Classical and Quantum Gravity 32 (2015), and
+"Visualizing Interstellar's Wormhole", American Journal of Physics 83 (2015).
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
 

@@ -9,7 +9,7 @@ import numpy as np
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
 
 LENSING_WIDTH = 1.42953
-"""W over the scale of length M of the shape: W is where r' = 0.5 ... of James et al., eq. (8)."""
+"""W over the scale of length M of the shape (James et al. 2015)."""
 
 BEYOND = 1e-4
 """How far a step out of the throat goes beyond it, in its radii."""
@@ -51,7 +51,8 @@ class Wormhole(Metric):
             )
         self.rho, self.a = mi.Float(rho), mi.Float(a)
         self.M = mi.Float(W / LENSING_WIDTH)
-        mouths = [props.get(name, mi.ScalarPoint3d(0.0)) for name in ("mouth_in", "mouth_out")]
+        origin = mi.ScalarPoint3d(0.0)
+        mouths = [props.get("mouth_in", origin), props.get("mouth_out", origin)]
         self.mouths = [
             mi.Point3f(*np.array(mouth, np.float64).reshape(3).tolist()) for mouth in mouths
         ]
