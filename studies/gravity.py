@@ -23,7 +23,7 @@ from relume.loading import open_session, translated
 from relume.options import RenderOptions
 from relume.translator import curved_space
 from relume.translator.camera import view
-from relume.translator.environment_maps import nearest
+from relume.translator.environment_maps import BLACK, nearest
 from relume.translator.gravity import WormHole
 from relume.translator.images import read_image
 from relume.translator.scene_values import Picture
@@ -35,6 +35,10 @@ EQUAL = 0.01
 """Largest difference of a channel of pixels that count as equal."""
 
 ROWS = 1024
+TURN = (np.arange(2 * ROWS) + 0.5) / ROWS * np.pi
+STEP = 1.9
+"""Length of the original's steps far from a black hole; the first ones are shorter."""
+
 HERE, THERE = 2.0, 6.0
 """What is added to the directions of either sky, so that they can be told apart."""
 
@@ -87,13 +91,31 @@ def coded(entry, offset=HERE):
     if not isinstance(entry, dict):
         return entry
     if entry.get("type") == "envmap":
-        v, u = np.meshgrid(
-            np.linspace(0, np.pi, ROWS), (np.arange(2 * ROWS) + 0.5) / ROWS * np.pi, indexing="ij"
-        )
+        v, u = np.meshgrid(np.linspace(0, np.pi, ROWS), TURN, indexing="ij")
         n = np.stack([np.sin(v) * np.sin(u), np.cos(v), -np.sin(v) * np.cos(u)], axis=-1)
         return entry | {"picture": Picture(n + offset), "scale": 1.0}
     beyond = ("sky2", "other")
     return {key: coded(x, THERE if key in beyond else offset) for key, x in entry.items()}
+
+
+def sphere(block):
+    """A sphere around a black hole that shows the directions of its points from the hole.
+
+    The original looks its sky up where a ray has used up its steps of 2 units, not at infinity.
+    """
+    v, u = np.meshgrid((np.arange(ROWS) + 0.5) / ROWS * np.pi, TURN, indexing="ij")
+    n = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
+    return {
+        "type": "sphere",
+        "center": list(block.position),
+        "radius": STEP * block.geodesics_max_length,
+        "flip_normals": True,
+        "bsdf": BLACK,
+        "emitter": {
+            "type": "area",
+            "radiance": {"type": "bitmap", "raw": True, "picture": Picture(n + HERE)},
+        },
+    }
 
 
 def looked_up(found, document, folder):
@@ -128,7 +150,10 @@ def at_sample_points(document, size, folder):
     translation = translated(document, options)
     is_sky = not document.objects
     if is_sky:
-        translation = dataclasses.replace(translation, scene=coded(translation.scene))
+        scene = coded(translation.scene)
+        if hole := curved_space.hole(document):
+            scene["background"] = sphere(hole)
+        translation = dataclasses.replace(translation, scene=scene)
     with open_session(translation, options) as session:
         index = dr.arange(mi.UInt32, width * height * parts**2)
         x, y = index % (width * parts), index // (width * parts)
@@ -150,7 +175,7 @@ def reference_row(scene, pictures):
     theirs = np.load(pictures / f"{scene.stem}.npy").astype(float)
     document = relume.read(scene, {"LUMINANCE_CUTOFF": "0"})
     size = theirs.shape[1], theirs.shape[0]
-    exact = about["rel_pixel_se"] is None
+    exact = about.get("rel_pixel_se") is None
     moved = program_camera(document)
     shares, ours = [], None
     for each in [document] if moved is document else [document, moved]:
