@@ -131,7 +131,9 @@ def test_ring_of_a_ball_behind_the_hole():
     cosine = np.sqrt(1 - (b / D) ** 2 * (1 - 2 / D))
     half = radius / (D * abs(slope) * cosine) * (angle_of(b + 0.01, R) - angle_of(b, R)) / 0.01
     angle = ring + half * np.array([-1.1, -0.9, 0, 0.9, 1.1])
-    L, _ = seen(curved(), {"ball": lamp([-D, 0, 0], radius, [1, 2, 3])}, [[R], [0], [0]], fan(angle))
+    L, _ = seen(
+        curved(), {"ball": lamp([-D, 0, 0], radius, [1, 2, 3])}, [[R], [0], [0]], fan(angle)
+    )
     assert L[:, 1].tolist() == [0, 2, 2, 2, 0]
 
 
@@ -153,7 +155,10 @@ def test_veils_do_not_bend_light():
     """A surface that is not there leaves the geodesic as it is; half a veil, half the light."""
     angle = angle_of(np.array([6.0, 7, 9, 20]), 40.0)
     sky = {"sky": coordinates()}
-    plane = {"type": "rectangle", "to_world": mi.ScalarTransform4f().rotate([0, 1, 0], 90).scale(90)}
+    plane = {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f().rotate([0, 1, 0], 90).scale(90),
+    }
     clear, _ = seen(curved(), sky, [[40.0], [0], [0]], fan(angle))
 
     def veil(opacity):
@@ -183,10 +188,15 @@ def test_geodesics_that_run_out_are_counted():
 
 def test_two_worlds():
     """What is near the far mouth is seen through the near one, wherever that world is."""
-    other = {"type": "scene", "ball": lamp([1000, 0, -7], 2, [3, 0, 0]),
-             "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [0, 0, 1]}}}
-    scene = {"ball": lamp([0, 0, -7], 2, [0, 5, 0]),
-             "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [1, 1, 1]}}}
+    other = {
+        "type": "scene",
+        "ball": lamp([1000, 0, -7], 2, [3, 0, 0]),
+        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [0, 0, 1]}},
+    }
+    scene = {
+        "ball": lamp([0, 0, -7], 2, [0, 5, 0]),
+        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [1, 1, 1]}},
+    }
     hole = curved("wormhole", mouth_in=[0, 0, 2], mouth_out=[1000, 0, 0], other=other)
     d = np.array([[0, 0.5, 0.0], [0, 0, 0.0], [-1, -1, 1]])
     d /= np.linalg.norm(d, axis=0)
@@ -198,8 +208,11 @@ def test_two_worlds():
 
 def test_through_to_the_sky_and_back_again():
     """Skies of both sides, and a sensor on side 2."""
-    skies = {"sky": {"type": "constant", "radiance": 1.0},
-             "sky2": {"type": "constant", "radiance": 2.0}, "other": {"type": "scene"}}
+    skies = {
+        "sky": {"type": "constant", "radiance": 1.0},
+        "sky2": {"type": "constant", "radiance": 2.0},
+        "other": {"type": "scene"},
+    }
     p, d = [[5.0], [0], [0]], fan([0.0, 0.2, 0.3])
     L, _ = seen(curved("wormhole", **skies), {}, p, d)
     assert L[:, 0].tolist() == [2, 2, 1]

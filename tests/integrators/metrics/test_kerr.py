@@ -53,6 +53,7 @@ class BoyerLindquist:
 
     def far(self, R=1e6):
         """Direction of its place at a great distance."""
+
         def away(_, y):
             return y[0] - R
 
