@@ -43,7 +43,7 @@ def follow(metric, p, d, camera=False, chords=False, side=1):
 
 
 def towards(angle):
-    """Directions (3, n) from a point on +X, at an angle from that to the centre, in the XY plane."""
+    """Directions (3, n) in the XY plane from a point on +X, at an angle from the centre."""
     return np.array([-np.cos(angle), np.sin(angle), 0 * angle])
 
 

@@ -1,4 +1,4 @@
-"""Light around a black hole that spins: edges of shadows, and an integration in other coordinates."""
+"""Light around a black hole that spins: its shadow, and the same in other coordinates."""
 
 import mitsuba as mi
 import numpy as np
@@ -163,7 +163,7 @@ def test_static_observer():
                          r * np.cos(theta)])  # fmt: skip
 
     ray = BoyerLindquist(p, n, a)
-    r, theta, phi = ray.start[:3]
+    r, theta = ray.start[:2]
     axes = [(point(ray.start[:3] + h * e) - p) / h for e in np.eye(3)]
     S, D, s2 = ray.S, ray.D, np.sin(theta) ** 2
     lengths = np.sqrt([S / D, S, D * S * s2 / (S - 2 * r)])
