@@ -42,7 +42,7 @@ promises that their :math:`(u, v)` cover the image once.
 **Source.** M. Pharr, W. Jakob and G. Humphreys, Physically Based Rendering, 4th edition, section
 6.2.4.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -66,6 +66,8 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.emitters.common import sample_side, sample_spectrum, sample_surface_ray, sphere_of
+
+RUNS_UNDER = ("polarized",)
 
 BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
@@ -245,6 +247,6 @@ def define() -> type[mi.Emitter]:
             self._set_flags()
 
         def to_string(self):
-            return f"TwoSidedArea[radiance = {self.radiance}]"
+            return f"TwoSidedArea[radiance = {self.radiance}, name = {self.name!r}]"
 
     return TwoSidedArea

@@ -5,7 +5,6 @@ from relume.registration import register_plugins
 PLUGINS = (
     "curvedspace",
     "dipole",
-    "dispersivepath",
     "dopplershift",
     "erpt",
     "pssmlt",

@@ -59,7 +59,7 @@ r"""Light in curved space (``curvedspace``)
 
 Rays from the sensor and from surfaces follow the paths of light in the metric, geodesics. Each is
 integrated by the method of Cash and Karp, orders 5 and 4, with steps whose error in single
-precision is :math:`3 \cdot 10^{-7}` of the distance from the centre and, where there are objects,
+precision is :math:`2 \cdot 10^{-7}` of the distance from the centre and, where there are objects,
 whose chords lie within :math:`3 \cdot 10^{-4}` of it. Chords are intersected with the scene as far
 as they go, surfaces see the tangent of the path where it meets them, and a ray that leaves goes on
 straight once less than :math:`2 \cdot 10^{-4}` rad of its deflection are left, which are added to
@@ -226,8 +226,8 @@ def define() -> type[mi.SamplingIntegrator]:
             while dr.hint(path.active, label="Geodesics"):
                 self.march(scenes, surfaces, sampler, wavelengths, path)
             dr.scatter_reduce(dr.ReduceOp.Add, self.count, path.unfinished, 0, path.unfinished > 0)
-            sky = path.β * self.sky(scenes, wavelengths, path)  # not finite where a path has ended
-            return path.L + dr.select(path.sky > 0, sky, 0), path.seen, []
+            sky = path.β * self.sky(scenes, wavelengths, path)
+            return path.L + dr.select(path.sky != 0, sky, 0), path.seen, []
 
         def started(self, scenes, ray, active):
             """A path at its sensor."""

@@ -29,6 +29,7 @@ from relume.session import (
 )
 from relume.translator import Document, Translation, files_read
 from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
+from relume.turns import alone
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
@@ -202,6 +203,8 @@ def settle_variant(plan: RenderPlan, wanted: str | None = None) -> None:
 def variant_and_threads(translation: Translation, wanted: str | None = None) -> Iterator[None]:
     """Context in which the variant of a translated scene and its number of threads are set.
 
+    Both are the process's, so other threads wait.
+
     Args:
         translation: the translated scene.
         wanted: variant instead of the planned one.
@@ -210,6 +213,7 @@ def variant_and_threads(translation: Translation, wanted: str | None = None) -> 
         CannotRender: the variant does not work here.
     """
     with (
+        alone(),
         variant_context(usable_variant(translation.plan, wanted)),
         thread_count(translation.document.thread),
     ):

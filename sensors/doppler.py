@@ -60,14 +60,20 @@ def doppler_factor(d: mi.Vector3f, velocity: mi.Vector3f) -> mi.Float:
 
 def moved_lines(color: mi.Color3f, D: mi.Float) -> mi.Color3f:
     """Colour of three lines of the strengths of a colour, all frequencies times D."""
-    result = [mi.Float(0)] * 3
-    for strength, line in zip(color, LINES, strict=True):
-        moved = line / D
-        beyond = dr.maximum(dr.maximum(VISIBLE[0] - moved, moved - VISIBLE[1]), 0)
-        strength = strength * dr.exp(-beyond / FADE)
-        for j, primary in enumerate(LINES):
-            result[j] += strength * dr.exp(-dr.square((moved - primary) / WIDTH) / 2)
-    return mi.Color3f(*result)
+    moved = [line / D for line in LINES]
+    strengths = []
+    for strength, x in zip(color, moved, strict=True):
+        beyond = dr.maximum(dr.maximum(VISIBLE[0] - x, x - VISIBLE[1]), 0)
+        strengths.append(strength * dr.exp(-beyond / FADE))
+    return mi.Color3f(
+        *(
+            sum(
+                strength * dr.exp(-dr.square((x - line) / WIDTH) / 2)
+                for strength, x in zip(strengths, moved, strict=True)
+            )
+            for line in LINES
+        )
+    )
 
 
 def shifted(color: mi.Color3f, D: mi.Float, share: mi.Float, limit: float = dr.inf) -> mi.Color3f:

@@ -312,7 +312,7 @@ def define() -> type[mi.Texture]:
         def sample_position(self, sample, active=True):
             return sample, mi.Float(1)
 
-        def pdf_position(self, pos, active=True):
+        def pdf_position(self, p, active=True):
             return mi.Float(1)
 
         def mean(self):

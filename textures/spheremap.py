@@ -51,6 +51,7 @@ import mitsuba as mi
 import numpy as np
 
 from relume.emitters.dome_sampling import find_map
+from relume.parameters import vector
 
 
 def define() -> type[mi.Texture]:
@@ -61,8 +62,7 @@ def define() -> type[mi.Texture]:
             mi.Texture.__init__(self, props)
             self.map_name = props.get("map", "transposed")
             self.map = find_map(self.map_name)
-            center = np.array(props.get("center", mi.ScalarPoint3d(0.0)), np.float64)
-            self.center = mi.Point3f(*center.reshape(3).tolist())
+            self.center = mi.Point3f(*vector(props, "center", (0, 0, 0)).tolist())
             matrix = np.array(props.get("to_sphere", mi.ScalarTransform4d()).matrix)[:3, :3]
             self.to_sphere = mi.Matrix3f(matrix.tolist())
             nested = [value for _, value in props.objects() if isinstance(value, mi.Texture)]
@@ -103,6 +103,9 @@ def define() -> type[mi.Texture]:
             return True
 
         def to_string(self):
-            return f"SphereMap[map = {self.map_name}, nested = {self.nested}]"
+            return (
+                f"SphereMap[map = {self.map_name}, center = {self.center}, "
+                f"to_sphere = {self.to_sphere}, nested = {self.nested}]"
+            )
 
     return SphereMap

@@ -67,7 +67,6 @@ OWN_PLUGINS = {
     "ibldome": "emitter",
     "curvedspace": "integrator",
     "dipole": "integrator",
-    "dispersivepath": "integrator",
     "dopplershift": "integrator",
     "erpt": "integrator",
     "pssmlt": "integrator",

@@ -5,6 +5,8 @@ A new metric is a file with a subclass of `Metric` and an entry in `metric_of`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mitsuba as mi
 
 from relume.integrators.metrics.kerr import Kerr
@@ -22,7 +24,11 @@ def metric_of(props: mi.Properties) -> Metric:
     Raises:
         ValueError: no metric has that name, or one of its parameters is out of range.
     """
-    metrics = {"schwarzschild": Schwarzschild, "kerr": Kerr, "wormhole": Wormhole}
+    metrics: dict[str, Callable[[mi.Properties], Metric]] = {
+        "schwarzschild": Schwarzschild,
+        "kerr": Kerr,
+        "wormhole": Wormhole,
+    }
     name = props.get("metric", "schwarzschild")
     if name not in metrics:
         raise ValueError(f"metric is {name!r}, expected one of {', '.join(metrics)}")

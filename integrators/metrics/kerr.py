@@ -182,11 +182,12 @@ class Kerr(Metric):
         along = dr.dot(x, d)
         u = along / r
         sin2 = dr.maximum(1 - dr.square(u), 0)
-        # As without spin; what the spin adds falls off as a / r².
+        # As without spin, and the frame's dragging of what goes straight out.
         bend = sin2 * (2 + u) / dr.square((1 + u) * r)
         rest = bend * r * dr.sqrt(sin2) + dr.abs(self.a) / dr.square(r)
         leaves = (u > 0) & (r > 4)
-        return dr.normalize(d - bend * (x - along * d)), dr.select(leaves, rest, dr.inf)
+        d = turned(d - bend * (x - along * d), -self.a / dr.square(r))
+        return dr.normalize(d), dr.select(leaves, rest, dr.inf)
 
     def captured(self, g: Geodesic) -> mi.Bool:
         return self.place(mi.Vector3f(*g.y[:3])).r < (1 + GAP) * self.outer

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-TOLERANCE = 3e-7
+TOLERANCE = 2e-7
 """Error of a step relative to `Metric.scales`; single precision resolves 6e-8."""
 
 SAGITTA = 3e-4

@@ -136,3 +136,15 @@ def test_box_and_text():
     sensor = mi.load_dict(screencamera())
     assert dr.allclose(sensor.bbox().min, [1, 2, 3]) and dr.allclose(sensor.bbox().max, [1, 2, 3])
     assert str(sensor).startswith("ScreenCamera[width=")
+
+
+def test_crop_window():
+    """Proves: a crop window shows that part of the whole picture, pixel by pixel."""
+    crop = {"crop_offset_x": 10, "crop_offset_y": 4, "crop_width": 12, "crop_height": 9}
+    whole, part = (
+        np.array(mi.render(mi.load_dict(SCENE | {"sensor": screencamera(film=film)}), spp=256))
+        for film in (FILM, FILM | crop)
+    )
+    part_of_whole = whole[4:13, 10:22]
+    assert part.shape == part_of_whole.shape and part_of_whole.std() > 0.5 * part_of_whole.mean()
+    assert np.abs(part - part_of_whole).mean() < 0.03 * part_of_whole.mean()
