@@ -8,6 +8,7 @@ import numpy as np
 
 from relume.translator import curved_space, geometry, lights
 from relume.translator.assets import existing
+from relume.translator.curved_space import MASS
 from relume.translator.images import as_texture, read_image
 from relume.translator.objects import SceneObject
 from relume.translator.scene_values import Entry, Picture, rgb
@@ -17,8 +18,12 @@ if TYPE_CHECKING:
     from relume.translator.object_entries import PlacedScene
 
 
-def accretion_disk(scene: PlacedScene, name: str, index: int, block: SceneObject) -> Entry:
+def accretion_disk(
+    scene: PlacedScene, name: str, index: int, block: SceneObject
+) -> Entry | None:
     """The dictionary of an accretion disk: what its picture covers shines, and reflects.
+
+    None where nothing orbits.
 
     Args:
         scene: the scene.
@@ -34,8 +39,12 @@ def accretion_disk(scene: PlacedScene, name: str, index: int, block: SceneObject
     block.lines.remark("emission", "disk-motion", dialect=scene.dialect)
     block.lines.remark("blackhole_disk", "disk-opacity")
     block.lines.becomes("color", "disk-color-unused")
-    flat = Disk(block.shape.center, block.shape.radius, block.shape.normal)
     texture = orbiting_matter(scene, index, block)
+    edge = MASS * curved_space.last_orbit(texture["spin"])
+    if texture["outer_radius"] <= edge:
+        block.lines.becomes("", "no-orbit", radius=edge)
+        return None
+    flat = Disk(block.shape.center, block.shape.radius, block.shape.normal)
     reflecting = {"type": "diffuse", "reflectance": texture | {"quantity": "reflectance"}}
     shape = scene.shapes.disk(block, flat, scene.geometry.matrices[index])
     shape["bsdf"] = {
@@ -64,7 +73,7 @@ def orbiting_matter(scene: PlacedScene, index: int, block: SceneObject) -> Entry
         "picture": _bitmap(image.rgb),
         "center": list(around.position),
         "spin": around.angular_momentum,
-        "mass": curved_space.MASS,
+        "mass": MASS,
         "normal": [float(x) for x in geometry.normal(matrix, block.shape.normal)],
         "outer_radius": block.shape.radius * scale,
         "hole_radius": inner * scale,

@@ -45,6 +45,17 @@ def hole(document: Document) -> BlackHole | None:
     return block if isinstance(block, BlackHole) else None
 
 
+def last_orbit(spin: float) -> float:
+    """Radius of the last stable orbit around a hole of mass 1, in the sense of its spin.
+
+    Source: Bardeen, Press and Teukolsky 1972, equation 2.21.
+    """
+    a = abs(spin)
+    z1 = 1 + np.cbrt(1 - a**2) * (np.cbrt(1 + a) + np.cbrt(1 - a))
+    z2 = math.sqrt(3 * a**2 + z1**2)
+    return float(3 + z2 - math.sqrt((3 - z1) * (3 + z1 + 2 * z2)))
+
+
 def is_accretion_disk(document: Document, block: SceneObject) -> bool:
     """Whether an object is a disk of matter that orbits a black hole (section 14)."""
     around = hole(document)

@@ -166,7 +166,8 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
     if isinstance(block.shape, MeshFile):
         return mesh_object(scene, name, index, block)
     if curved_space.is_accretion_disk(scene.document, block):
-        return Contents({name: accretion_disk(scene, name, index, block)})
+        disk = accretion_disk(scene, name, index, block)
+        return Contents({} if disk is None else {name: disk})
     if isinstance(block.shape, Disk | Annulus) and block.disk_map and block.disk_picture:
         return Contents({name: cut_out_disk(scene, name, index, block)})
     if block.ibl_texture is not None:
