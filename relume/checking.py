@@ -33,6 +33,7 @@ def check_file(
     dialect: str = "manual",
     asset_path: Iterable[str | Path] = (),
     environ: Mapping[str, str] | None = None,
+    stand_ins: bool = False,
 ) -> Result:
     """Check one scene file.
 
@@ -41,6 +42,7 @@ def check_file(
         dialect: `manual` or `prender`.
         asset_path: folders in which files that the scene names are looked for.
         environ: environment variables that override the file; by default those of the process.
+        stand_ins: whether something is shown in the place of missing pictures.
 
     Returns:
         A dictionary with `file`, `status` (`ok`, `error` or `unsupported`), `errors`, `lines`,
@@ -60,7 +62,7 @@ def check_file(
         reports = document.lines.all
         # Of a document with errors, a camera that looks nowhere is told once, not again by numpy.
         with np.errstate(all="ignore" if problems else None):
-            translation = translator.translate(document, dialect, asset_path)
+            translation = translator.translate(document, dialect, asset_path, stand_ins)
         reports, status = translation.document.lines.all, translation.status()
         plan = translation.plan.as_dict()
         notes = [{"code": n.code, "note": n.text} for n in translation.picture_notes()]

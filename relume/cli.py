@@ -42,6 +42,7 @@ def check(
     code: str | None,
     dialect: str,
     asset_path: tuple[str, ...],
+    stand_ins: bool,
 ) -> None:
     """Report what every line of scene files becomes, and how they would be rendered.
 
@@ -59,7 +60,9 @@ def check(
     if not paths:
         raise click.UsageError("Missing argument 'PATH...'.")
     files = list(checking.files_below(paths))
-    results = [checking.check_file(file, dialect, asset_path) for file in files]
+    results = [
+        checking.check_file(file, dialect, asset_path, stand_ins=stand_ins) for file in files
+    ]
     if as_json:
         click.echo(json.dumps(results, indent=1, ensure_ascii=False))
     else:
@@ -105,9 +108,7 @@ def merge(parts: tuple[str, ...], out: str) -> None:
 @click.option("-o", "--output", "out", metavar="FILE.xml", help="XML file; its files go beside it.")
 @click.option("--python", "as_python", is_flag=True, help="Print the scene's Python dictionary.")
 @scene_options
-def convert(
-    scene: str, out: str | None, as_python: bool, dialect: str, asset_path: tuple[str, ...]
-) -> None:
+def convert(scene: str, out: str | None, as_python: bool, **options: Any) -> None:
     """Convert a scene file to Mitsuba XML, or print its Python dictionary."""
     from relume import convert as converter
 
@@ -115,9 +116,9 @@ def convert(
         raise click.UsageError("give either -o FILE.xml or --python")
     with readable_errors():
         if out is None:
-            click.echo(converter.python_source(scene, dialect, asset_path))
+            click.echo(converter.python_source(scene, **options))
         else:
-            for path in converter.write_xml(scene, out, dialect, asset_path):
+            for path in converter.write_xml(scene, out, **options):
                 click.echo(path)
             click.echo(f"render it by: {converter.render_command(out)}", err=True)
 

@@ -169,6 +169,10 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
         "type": click.Path(exists=True, file_okay=False),
         "help": "Look for the scene's files below DIR, too (repeatable).",
     },
+    "stand_ins": {
+        "is_flag": True,
+        "help": "Show something in the place of pictures that are missing.",
+    },
 }
 """The option of each field of `RenderOptions`, which gives its default."""
 
@@ -190,8 +194,10 @@ def render_option(field: str, **changes: Any) -> Callable[[Command], Command]:
 
 
 def scene_options(command: Command) -> Command:
-    """Options of every command that translates a scene: `--dialect` and `--asset-path`."""
-    return render_option("dialect")(render_option("asset_path")(command))
+    """Options of every command that translates a scene: how, and with which files."""
+    for field in ("stand_ins", "asset_path", "dialect"):
+        command = render_option(field)(command)
+    return command
 
 
 def look_options(command: Callable[..., Any]) -> Callable[..., Any]:

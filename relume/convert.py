@@ -29,6 +29,7 @@ def write_xml(
     out: str | Path,
     dialect: str = "manual",
     asset_path: Sequence[str | Path] = (),
+    stand_ins: bool = False,
 ) -> list[Path]:
     """Convert a scene file to XML, which `relume.render` and the command render.
 
@@ -42,6 +43,7 @@ def write_xml(
         out: the XML file.
         dialect: as `RenderOptions`.
         asset_path: as `RenderOptions`.
+        stand_ins: as `RenderOptions`.
 
     Returns:
         Paths of the files written, the XML first.
@@ -52,7 +54,7 @@ def write_xml(
             reads; nothing was written then.
         OSError: a file cannot be written.
     """
-    options = RenderOptions(dialect=dialect, asset_path=asset_path)
+    options = RenderOptions(dialect=dialect, asset_path=asset_path, stand_ins=stand_ins)
     out = Path(out)
     if out.is_dir():
         raise IsADirectoryError(errno.EISDIR, "is a folder, expected an XML file", str(out))
@@ -68,7 +70,9 @@ def write_xml(
         files.write()
         state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), to_mitsuba(scene))
         name_kinds(state)
-        text = header(path, out, translation.plan) + mi.parser.write_string(state)
+        # Of a scene inside another Mitsuba 3.9 writes no type, which its own reader asks for.
+        xml = mi.parser.write_string(state).replace("<scene name=", '<scene type="scene" name=')
+        text = header(path, out, translation.plan) + xml
         with replacing(out) as temporary:
             temporary.write_text(text, encoding="utf-8")
     return [out, *files.paths]
@@ -191,13 +195,16 @@ class _Files:
 
 
 def python_source(
-    path: str | Path, dialect: str = "manual", asset_path: Sequence[str | Path] = ()
+    path: str | Path,
+    dialect: str = "manual",
+    asset_path: Sequence[str | Path] = (),
+    stand_ins: bool = False,
 ) -> str:
     """Python source that builds the dictionary of a scene file for `mi.load_dict`.
 
     Meshes and pictures appear as calls with their arrays.
     """
-    options = RenderOptions(dialect=dialect, asset_path=asset_path)
+    options = RenderOptions(dialect=dialect, asset_path=asset_path, stand_ins=stand_ins)
     translation = for_mitsuba(translated(path, options))
     return (
         "import relume  # first: it sets up LLVM and registers the plugins\n\n"

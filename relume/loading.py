@@ -125,7 +125,7 @@ def translation_of(source: Source, options: RenderOptions) -> Translation:
     """
     if isinstance(source, MitsubaFile):
         return source.translation(options)
-    return translator.translate(source, options.dialect, options.asset_path)
+    return translator.translate(source, options.dialect, options.asset_path, options.stand_ins)
 
 
 def samples_of(source: Source) -> int:

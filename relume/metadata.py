@@ -13,6 +13,7 @@ from typing import Any
 
 from relume.accumulator import Accumulator
 from relume.passes_file import Header
+from relume.picture_formats import COMMENT
 from relume.translator import Translation
 from relume.version import version
 
@@ -54,6 +55,9 @@ def of_scene(translation: Translation, dialect: str) -> dict[str, str]:
     facts = {PREFIX + "dialect": dialect}
     if translation.document.path:
         facts[PREFIX + "scene"] = Path(translation.document.path).name
+    if translation.stand_ins:
+        names = ", ".join(repr(name) for name in translation.stand_ins)
+        facts[COMMENT] = f"relume --stand-ins: shown instead of missing files: {names}"
     if notes := "\n".join(losses(translation)):
         facts[NOTES] = notes
     return facts

@@ -221,6 +221,9 @@ ROLES = {"Integrator": "integrator", "Sensor": "sensor", "Film": "film", "Sample
 """Names in the dictionary of the first object of a kind, by which all others find it."""
 
 
+NESTED = dict.fromkeys(METROPOLIS, "paths") | {"curvedspace": "nested"}
+"""Names of the integrator inside others, as in translated scenes; `integrator` inside the rest."""
+
 PARTS = {"BSDF": "bsdf", "Emitter": "emitter"}
 """Names of the first part of a kind that has none, as in translated scenes."""
 
@@ -265,8 +268,8 @@ class _Reader:
             value = props[key]
             if props.type(key) == mi.Properties.Type.ResolvedReference:
                 name = names[value.index()]
-                if name == "integrator" and result["type"] in METROPOLIS:
-                    name = "paths"
+                if name == "integrator":
+                    name = NESTED.get(result["type"], name)
                 result[name] = self._reference(value.index())
             else:
                 result[key] = self._value(key, value)

@@ -30,6 +30,7 @@ class RenderOptions:
         dialect: `manual`, or `prender` to match an old picture.
         asset_path: folders in which files that the scene names are looked for, too; a single one
             becomes a tuple.
+        stand_ins: whether something is shown in the place of missing pictures.
 
     Raises:
         ValueError: a value out of range.
@@ -43,6 +44,7 @@ class RenderOptions:
     variant: str | None = None
     dialect: str = "manual"
     asset_path: Sequence[Folder] = ()
+    stand_ins: bool = False
 
     def __post_init__(self) -> None:
         values = {

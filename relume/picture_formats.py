@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from PIL.PngImagePlugin import PngInfo
 
 
+COMMENT = "Comment"
+"""Name of the text that all formats but BMP have a place for; OpenEXR calls it `comments`."""
+
+
 @dataclass(frozen=True)
 class Contents:
     """What a picture file holds.
@@ -61,7 +65,8 @@ def encode_rgbe(image: np.ndarray) -> np.ndarray:
 def _write_hdr(path: Path, contents: Contents) -> None:
     height, width, _ = contents.pixels.shape
     rgbe = encode_rgbe(contents.pixels)
-    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
+    size = f"-Y {height} +X {width}\n"
+    header = f"#?RADIANCE\n{_comment(contents)}FORMAT=32-bit_rle_rgbe\n\n{size}".encode()
     # Run-length encoding exists for these widths only; other widths are stored flat.
     body = _pack_scanlines(rgbe) if 8 <= width < 32768 else rgbe.tobytes()
     path.write_bytes(header + body)
@@ -90,7 +95,9 @@ def _write_exr(path: Path, contents: Contents) -> None:
     planes = {name: contents.pixels[..., i] for i, name in enumerate("RGB")}
     planes |= contents.layers
     channels = {name: np.ascontiguousarray(plane, np.float32) for name, plane in planes.items()}
-    OpenEXR.File({**header, **contents.metadata}, channels).write(str(path))
+    names = {COMMENT: "comments"}
+    texts = {names.get(name, name): text for name, text in contents.metadata.items()}
+    OpenEXR.File({**header, **texts}, channels).write(str(path))
 
 
 def _write_ppm(path: Path, contents: Contents) -> None:
@@ -99,7 +106,13 @@ def _write_ppm(path: Path, contents: Contents) -> None:
     digits = np.array([list(f"{value:3d} ".encode()) for value in range(256)], np.uint8)
     text = digits[pixels]
     text[:, :, 2, 3] = ord("\n")
-    path.write_bytes(f"P3\n{width} {height}\n255\n".encode() + text.tobytes())
+    path.write_bytes(f"P3\n{_comment(contents)}{width} {height}\n255\n".encode() + text.tobytes())
+
+
+def _comment(contents: Contents) -> str:
+    """The comment as lines of the head of a text-like format."""
+    lines = contents.metadata.get(COMMENT, "").splitlines()
+    return "".join(f"# {line}\n" for line in lines)
 
 
 def _write_png(path: Path, contents: Contents) -> None:

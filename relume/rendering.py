@@ -29,7 +29,7 @@ from relume.progress import (
     looking,
     progress_bar,
 )
-from relume.session import CannotRender, accumulate
+from relume.session import CannotRender, Integrator, accumulate
 from relume.tone import AS_IT_IS, Look
 from relume.translator import Document, Translation
 
@@ -172,7 +172,7 @@ def render_scene(
     destination = Destination(document, out, inputs)
     part = destination.part_path() if passes.only else None
     destination.check()
-    check_layers(destination, picture)
+    check_layers(translation, destination, picture)
     plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
     header = header_of(translation, options, plan)
     checkpoint = Checkpoint(destination.passes_path(), header, console)
@@ -181,7 +181,7 @@ def render_scene(
     asked = accumulator.spp + to_do.spp
     limit = time_limit_of(document, time_limit)
     dumps = Dumps(document, destination, limit, output.Finish(picture.look))
-    layers = aovs.Layers(() if part else picture.all_layers())
+    layers = aovs.Layers(() if part or bends(translation) else picture.all_layers())
     with interruptible() as stop:
         watching = [viewer(translation, stop) for viewer in viewers]
         ended = Ended(0.0, "")
@@ -279,18 +279,27 @@ def with_goal(translation: Translation, options: RenderOptions, passes: PassOpti
     return dataclasses.replace(translation, plan=plan)
 
 
-def check_layers(destination: Destination, picture: PictureOptions) -> None:
-    """Check that layers have a file, and that a denoised picture can be made.
+def check_layers(
+    translation: Translation, destination: Destination, picture: PictureOptions
+) -> None:
+    """Check that layers can be rendered and have a file, and that there is what denoises.
 
     Raises:
         CannotRender, OutputError: they have none, or it cannot.
     """
     if picture.layers and not destination.extension_of_picture() == ".exr":
         raise output.OutputError("layers are for pictures in OpenEXR: give -o FILE.exr")
+    if picture.layers and bends(translation):
+        raise CannotRender("layers are of straight rays, and space bends them here")
     if picture.denoise:
         denoising.library()
         if destination.exact is not None:
             destination.inputs.refuse(denoising.marked(destination.exact))
+
+
+def bends(translation: Translation) -> bool:
+    """Whether rays are bent."""
+    return "curvedspace" in translation.plan.plugins
 
 
 def time_limit_of(document: Document, asked: float | None) -> float | None:
@@ -358,12 +367,15 @@ def rendered_passes(
         with open_session(translation, options) as session:
             if layers.missing:
                 layers.render(session)
-            if not translation.picture_notes():
+            if not (translation.picture_notes() or bends(translation)):
                 render_reports.report_emptiness(session.scene, checkpoint.console)
             with closing(session.render(to_do)) as found:
                 yield found
             for line in getattr(session.integrator, "report", list)():
                 checkpoint.console.print(line, highlight=False)
+            if count := unfinished(session.integrator):
+                text = f"{count} rays ran out of steps: geodesics_max_length allows too few"
+                checkpoint.console.print(f"[yellow]{text}[/]", highlight=False)
         return
     render = checkpoint.header.render
     with (
@@ -371,6 +383,15 @@ def rendered_passes(
         closing(farm.render(to_do)) as found,
     ):
         yield found
+
+
+def unfinished(integrator: Integrator | None) -> int:
+    """How many rays in curved space have run out of steps, by an integrator or one inside it."""
+    while integrator is not None:
+        if hasattr(integrator, "unfinished"):
+            return int(integrator.unfinished())
+        integrator = getattr(integrator, "nested", None)
+    return 0
 
 
 def run(

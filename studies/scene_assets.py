@@ -79,7 +79,67 @@ def tetrahedron():
     (FOLDER / "tetrahedron.obj").write_text("\n".join(lines) + "\n")
 
 
+def smooth(shape, cells, seed):
+    """Noise from 0 to 1 that goes on at both edges of a picture, with cells of some size."""
+    rng = np.random.default_rng(seed)
+    grid = rng.random((cells[0] + 1, cells[1]))
+    grid = np.concatenate([grid, grid[:, :1]], axis=1)
+    y = np.linspace(0, cells[0], shape[0], endpoint=False)
+    x = np.linspace(0, cells[1], shape[1], endpoint=False)
+    (i, s), (j, t) = ((a.astype(int), 3 * (a % 1) ** 2 - 2 * (a % 1) ** 3) for a in (y, x))
+    s, t = s[:, None], t[None]
+    top = (1 - t) * grid[i][:, j] + t * grid[i][:, j + 1]
+    below = (1 - t) * grid[i + 1][:, j] + t * grid[i + 1][:, j + 1]
+    return (1 - s) * top + s * below
+
+
+def stars():
+    """A night sky, +Z at the bottom row: a band of light with dark lanes, and stars."""
+    rows, columns = 512, 1024
+    y, x = np.mgrid[0:rows, 0:columns]
+    theta, phi = (y + 0.5) / rows * np.pi, (x + 0.5) / columns * 2 * np.pi
+    n = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+    pole = np.array([0.35, 0.5, 0.79])
+    height = n @ (pole / np.linalg.norm(pole))
+    clouds = sum(smooth((rows, columns), (6 * 2**k, 12 * 2**k), k) / 2**k for k in range(4)) / 1.875
+    band = np.exp(-((height / 0.16) ** 2)) * np.clip(1.6 * clouds - 0.35, 0, 1)
+    lane = np.exp(-(((height - 0.02) / 0.035) ** 2)) * np.clip(2 * clouds - 0.5, 0, 1)
+    pixels = band[..., None] * [0.36, 0.3, 0.27] * (1 - 0.85 * lane[..., None])
+    rng = np.random.default_rng(7)
+    for _ in range(3600):
+        z, turn = rng.uniform(-1, 1), rng.uniform(0, 2 * np.pi)
+        row = min(int(np.arccos(z) / np.pi * rows), rows - 1)
+        column = int(turn / (2 * np.pi) * columns)
+        tint = np.array([[1, 0.8, 0.62], [1, 0.95, 0.88], [0.75, 0.85, 1]])[rng.integers(3)]
+        bright = min(0.06 / rng.random() ** 0.75, 1.0) * tint
+        pixels[row, column] = np.maximum(pixels[row, column], bright)
+    # The steps of dark bytes are seen: they are broken up where there is a band.
+    dither = np.where(pixels.max(axis=2, keepdims=True) > 0.004, rng.random((rows, columns, 1)), 0)
+    stored = np.clip(255 * pixels + dither + [1, 1, 3], 0, 255).astype(np.uint8)[::-1]
+    Image.fromarray(stored).save(FOLDER / "stars.png", optimize=True)
+
+
+def ring():
+    """Matter in orbit: streaks wound around the middle, which is the inner edge of the disk."""
+    size = 384
+    y, x = (np.mgrid[0:size, 0:size] - (size - 1) / 2) / (size / 2)
+    radius, turn = np.hypot(x, y), np.arctan2(-y, x) / (2 * np.pi) % 1
+    wound = (turn + 1.1 * np.log(radius + 0.25)) % 1
+    polar = sum(smooth((1024, 1024), (24 * 2**k, 5 * 2**k), 20 + k) / 1.6**k for k in range(4))
+    polar /= sum(1 / 1.6**k for k in range(4))
+    rows = np.clip((radius * 700).astype(int), 0, 1023)
+    streaks = polar[rows, (wound * 1023).astype(int)]
+    bands = 0.75 + 0.25 * smooth((1024, 4), (40, 1), 3)[rows, 0]
+    value = np.clip(2.6 * (streaks - 0.5) + 0.55, 0.03, 1) * bands
+    value *= np.clip(1.15 - radius, 0, 1)
+    fades = np.clip(radius / 0.05, 0, 1) * np.clip((1 - radius) / 0.4, 0, 1)
+    alpha = np.clip(fades * (0.1 + 2 * value), 0, 1)
+    warm = np.array([1.0, 0.72, 0.42]) * value[..., None] ** np.array([0.8, 1.0, 1.3])
+    pixels = np.concatenate([np.clip(warm, 0, 1), alpha[..., None]], axis=2)
+    Image.fromarray(np.round(255 * pixels).astype(np.uint8)).save(FOLDER / "ring.png", optimize=True)
+
+
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for make in (tiles, waves, sky, vase, tetrahedron):
+    for make in (tiles, waves, sky, vase, tetrahedron, stars, ring):
         make()

@@ -6,12 +6,13 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from relume.translator import files_read
+from relume.translator import curved_space, files_read
 from relume.translator.diagnostics import LineReports, Problem
 from relume.translator.document import Document
 from relume.translator.expressions import clip
 from relume.translator.shapes import MeshFile
 from relume.translator.source_text import FileName
+from relume.translator.stand_ins import STAND_INS, Workshop
 
 Find = Callable[[str], Path | None]
 """Function from the name of a file, as a scene gives it, to its path; None where it is missing."""
@@ -39,35 +40,63 @@ class Assets:
     Args:
         document: the document.
         asset_path: folders to look in.
+        workshop: makes what stands in for missing files; None where they are problems.
+
+    Attributes:
+        found: the path of each name, None where it is missing.
+        stand_ins: what stands in for which name.
     """
 
-    def __init__(self, document: Document, asset_path: Iterable[FileName] = ()) -> None:
+    def __init__(
+        self,
+        document: Document,
+        asset_path: Iterable[FileName] = (),
+        workshop: Workshop | None = None,
+    ) -> None:
         self.beside = Path(document.path).parent
         self.folders = [Path(folder) for folder in asset_path]
         self.index: dict[str, list[Path]] | None = None
         self.found: dict[str, Path | None] = {}
+        self.stand_ins: dict[str, str] = {}
         self.named = list(self._named(document))
-        for _, _, name in self.named:
-            if name not in self.found:
-                self.found[name] = self.find(name)
+        for _, _, name, _ in self.named:
+            self.found.setdefault(name, self.find(name))
+        if workshop is not None:
+            self._stand_in(document, workshop)
         for path in filter(None, self.found.values()):
             files_read.record(path)
+
+    def _stand_in(self, document: Document, workshop: Workshop) -> None:
+        """Put stand-ins in the place of missing files, and say so at the lines that name them."""
+        reports = {report.line: report for report in document.lines.all}
+        for line, _, name, field in self.named:
+            made = workshop.make(field) if self.found[name] is None else None
+            if made is not None:
+                self.found[name], self.stand_ins[name] = made
+            if name in self.stand_ins and line in reports:
+                reports[line].becomes("stand-in", what=self.stand_ins[name])
+
+    def path(self, name: str) -> Path | None:
+        """Path of a file that the document names, or of what stands in for it."""
+        return self.found[name] if name in self.found else self.find(name)
 
     def problems(self) -> list[Problem]:
         """A problem of kind `asset` for each missing file, at the line that names it."""
         return [
             Problem(
-                line, column, f"no such file '{clip(name, 80)}'; {self.remedy()}", "asset"
+                line, column, f"no such file '{clip(name, 80)}'; {self.remedy(field)}", "asset"
             )
-            for line, column, name in self.named
+            for line, column, name, field in self.named
             if self.found[name] is None
         ]
 
-    def remedy(self) -> str:
-        """The places that were looked in, and how others are named, for messages."""
+    def remedy(self, field: str) -> str:
+        """The places that were looked in, and what can be done about it, for messages."""
         places = ["the working directory", "the folder of the scene"]
         looked = ", ".join(places + [str(folder) for folder in self.folders])
-        return f"looked in {looked}; --asset-path DIR looks below DIR, too"
+        kind = STAND_INS.get(field)
+        instead = f", --stand-ins shows {kind.what} instead" if kind is not None else ""
+        return f"looked in {looked}; --asset-path DIR looks below DIR, too{instead}"
 
     def find(self, name: str) -> Path | None:
         """Path of the file of a name, or None."""
@@ -105,18 +134,27 @@ class Assets:
                     index.setdefault(file.casefold(), []).append(Path(root) / file)
         return index
 
-    def _named(self, document: Document) -> Iterator[tuple[int, int, str]]:
+    def _named(self, document: Document) -> Iterator[tuple[int, int, str, str]]:
+        """Line, column, name and field of each file that the document names."""
         if document.background_texture is not None:
             yield self._place(document.lines, "background_texture", document.background_texture)
         for block in document.objects:
             if isinstance(block.shape, MeshFile):
-                yield block.lines.line() + 1, 1, block.shape.file
+                yield block.lines.line() + 1, 1, block.shape.file, "objfile"
             for field in ("texture", "bump_texture", "ibl_texture"):
                 if (name := getattr(block, field)) is not None:
                     yield self._place(block.lines, field, name)
+        for number in sorted(set(curved_space.disk_numbers(document).values())):
+            line, name = curved_space.disk_picture(document, number)
+            field = "accretion_disk_texture"
+            yield line, len(field) + 2, name, field
+        around = curved_space.curvature(document)
+        for field in ("background_texture1", "background_texture2"):
+            if around is not None and (name := getattr(around, field, None)) is not None:
+                yield self._place(around.lines, field, name)
 
-    def _place(self, lines: LineReports, field: str, name: str) -> tuple[int, int, str]:
-        return lines.line(field), len(field) + 2, name
+    def _place(self, lines: LineReports, field: str, name: str) -> tuple[int, int, str, str]:
+        return lines.line(field), len(field) + 2, name, field
 
 
 def spellings(name: str) -> Iterator[str]:

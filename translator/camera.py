@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relume.translator.document import Document
+from relume.translator.forms.numbers import Triple
 from relume.translator.geometry import affine, compose, point, rotation, unit
 from relume.translator.scene_values import Entry, Matrix
 
@@ -21,6 +22,9 @@ PARALLEL_RAYS = 1e15
 
 FORWARD = (0.0, 0.0, -1.0)
 """Direction of a camera that is told none, as in all real files whose CAMERA_MATRIX turns it."""
+
+FASTEST = 0.999999
+"""Largest speed of a camera, over that of light, as in the program."""
 
 AXIS_TOLERANCE = 1e-6
 """Largest sine of the angle to the Z axis at which the stock thin lens is the program's lens."""
@@ -114,9 +118,20 @@ def sensor(document: Document, dialect: str = "manual") -> Entry:
         seen.width * document.image[1], seen.height * document.image[0], rel_tol=1e-9
     )
     along_z = math.hypot(*seen.direction[:2]) <= AXIS_TOLERANCE
+    screen: Entry = {
+        "width": seen.width,
+        "height": seen.height,
+        "aperture_radius": max(radius, 0.0),
+        "focus_distance": abs(focus),
+    }
+    moving = velocity(document)
+    if moving is not None or document.use_mollweide_projection:
+        projection = "mollweide" if document.use_mollweide_projection else "screen"
+        result = {"type": "relativisticcamera", "projection": projection} | screen | common
+        return result | ({} if moving is None else {"velocity": list(moving)})
     if square and (radius <= 0 or along_z):
         fov = math.degrees(2 * math.atan(seen.height / 2))
-        result: Entry = {
+        result = {
             "type": "perspective",
             "fov_axis": "y",
             "fov": fov,
@@ -127,13 +142,16 @@ def sensor(document: Document, dialect: str = "manual") -> Entry:
             focus = min(abs(focus), PARALLEL_RAYS)
             result |= {"type": "thinlens", "aperture_radius": radius, "focus_distance": focus}
         return result | common
-    return {
-        "type": "screencamera",
-        "width": seen.width,
-        "height": seen.height,
-        "aperture_radius": max(radius, 0.0),
-        "focus_distance": abs(focus),
-    } | common
+    return {"type": "screencamera"} | screen | common
+
+
+def velocity(document: Document) -> Triple | None:
+    """The velocity of the camera, at most `FASTEST`, where it is to be seen; else None."""
+    speed = math.hypot(*document.velocity)
+    if not document.special_relativity_effects or speed < 1e-10:
+        return None
+    x, y, z = (component * min(1.0, FASTEST / speed) for component in document.velocity)
+    return x, y, z
 
 
 def film(document: Document) -> Entry:
@@ -176,3 +194,5 @@ def report_camera(document: Document, dialect: str) -> None:
         lines.becomes("lens", "pinhole")
     if document.tent_filter:
         lines.remark("tent_filter", "tent-centred")
+    if document.special_relativity_effects and math.hypot(*document.velocity) > FASTEST:
+        lines.remark("velocity", "velocity-limited", fastest=FASTEST)

@@ -11,6 +11,7 @@ import numpy as np
 from relume.translator.camera import has_length, has_target, up_vector, viewing_direction
 from relume.translator.diagnostics import LineReports, Problem
 from relume.translator.document import MAX_PIXELS, MAX_SAMPLES, Document
+from relume.translator.gravity import BlackHole, WormHole
 from relume.translator.objects import SceneObject
 from relume.translator.plan import metropolis, samples, samples_reason
 from relume.translator.shapes import Annulus, Disk, InfinityLight, Plane, UVPlane
@@ -39,6 +40,8 @@ def check(document: Document) -> list[Problem]:
         _shape(block, problems)
         _spot(block, problems)
         _parallel_light(block, problems)
+    for hole in document.gravity:
+        _mouths(hole, problems)
     return problems
 
 
@@ -135,6 +138,15 @@ def _parallel_light(block: SceneObject, problems: list[Problem]) -> None:
     direction = block.parallel_light_dir
     if block.parallel_light and direction is not None and not has_length(direction):
         _problem(problems, block.lines, "parallel_light_dir", "parallel_light_dir of length 0")
+
+
+def _mouths(block: BlackHole | WormHole, problems: list[Problem]) -> None:
+    if not isinstance(block, WormHole) or block.entrance is None or block.exit is None:
+        return
+    away = math.dist(block.entrance, block.exit)
+    if away <= 2 * block.rho:
+        message = f"the mouths of the wormhole, {away:g} apart, meet: expected more than 2 Rho"
+        _problem(problems, block.lines, "exit", f"{message} = {2 * block.rho:g}", "scene")
 
 
 def _parallel(a: Vector, b: Vector) -> bool:

@@ -26,6 +26,7 @@ class Difference:
             (the program settles what the manual leaves open).
         note: what reports say where that is not made of the columns; may have placeholders.
         outcome: kind of the outcome.
+        source: what the column `manual` is from.
     """
 
     id: str
@@ -35,6 +36,12 @@ class Difference:
     kind: str
     note: str = ""
     outcome: str = "translated"
+    source: str = "the manual"
+
+
+def relativity(id: str, theory: str, program: str, kind: str = "never") -> Difference:
+    """A row of what the manual does not know, where theory stands against the program."""
+    return Difference(id, "14", theory, program, kind, source="theory")
 
 
 DIFFERENCES = {
@@ -151,6 +158,29 @@ DIFFERENCES = {
         Difference("roulette", "13.2", "unbiased", "biased dark", "never"),
         Difference("mlt", "13.6", "Kelemen et al. 2002", "another mutation", "switch"),
         Difference("erpt", "13.7", "Cline et al. 2005", "broken", "never"),
+        relativity("hole-observer", "a camera at rest in the field of the hole",
+                   "rays leave the camera as if space were flat there", "switch"),
+        relativity("hole-budget", "rays are followed to their end",
+                   "rays that run out of steps show the sky, in the shadow, too"),
+        relativity("hole-poles", "nothing is special about the axis of spin",
+                   "streaks of colour along it"),
+        relativity("disk-motion", "Doppler shift and red shift of matter in orbit, along the ray",
+                   "Doppler shift alone, along the straight line to the camera", "switch"),
+        relativity("disk-layout", "silent", "the middle of its picture is the inner edge, the "
+                   "sides of it are half way to the radius", "same"),
+        relativity("disk-opacity", "the picture covers as much as its opacity says",
+                   "opacity counts again at each step of a ray, so that all is opaque"),
+        relativity("disk-temperature", "colours of bodies of up to 4500 K",
+                   "1000 K everywhere, in whole numbers"),
+        relativity("wormhole-start", "the camera is as far from the mouth as the file says",
+                   "nearer by the length of the throat"),
+        relativity("wormhole-bounces", "light bounces as surfaces ask",
+                   "directions after a bounce are turned by the place of the camera"),
+        relativity("wormhole-mirrored", "silent", "the other side is seen mirrored", "same"),
+        relativity("mollweide-order", "projection, then aberration",
+                   "with the projection there is no aberration"),
+        relativity("doppler-cosine", "shift of colours by the angle in the frame of the camera",
+                   "by the angle in the world"),
     )
 }
 
@@ -168,9 +198,9 @@ SAYS_NOTHING = ("garbled", "silent", "misprinted", "vague")
 
 def outcome(row: Difference) -> Outcome:
     """The row as an outcome of a line: its note says what is done, instead of what."""
-    done, instead = f"{row.manual}, as the manual; the program: {row.program}", ""
+    done, instead = f"{row.manual}, as {row.source}; the program: {row.program}", ""
     if row.kind == "switch":
-        instead = f"{row.program}, as the program; the manual says {row.manual}"
+        instead = f"{row.program}, as the program; {row.source} says {row.manual}"
     elif row.kind == "same":
         open_ = f" (the manual is {row.manual})" if row.manual in SAYS_NOTHING else ""
         done = f"{row.program}{open_}"
@@ -179,7 +209,7 @@ def outcome(row: Difference) -> Outcome:
         kind=row.outcome,
         section=row.section,
         note=f"{row.id}: {row.note or done}",
-        picture=f"The manual: {row.manual}. The original program: {row.program}.",
+        picture=f"{row.source.capitalize()}: {row.manual}. The original program: {row.program}.",
         advice=AGREEMENT[row.kind],
         prender_note=f"{row.id}: {instead}" if instead and not row.note else "",
     )

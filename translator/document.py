@@ -204,21 +204,30 @@ class Document(Displayed):
         "mlt_r1r2", NUMBER, 2, (0.0, 0.0), "Mutation sizes; without effect in the program.",
         section="4", in_manual=False,
     )
-    velocity: Triple = below("velocity", NUMBER, 3, BLACK, "Velocity of the observer.", **OUTSIDE)
-    special_relativity_effects: float = below(
-        "special_relativity_effects", NUMBER, 1, 0.0, "Aberration and Doppler shift.", **OUTSIDE
+    velocity: Triple = below(
+        "velocity", NUMBER, 3, BLACK, "Velocity of the camera, with `special_relativity_effects`.",
+        unit="speed of light", **OUTSIDE,
     )
-    use_accretion_disk_temperature: float = below(
-        "use_accretion_disk_temperature", NUMBER, 1, 0.0, "Black body colour of disks.", **OUTSIDE
+    special_relativity_effects: bool = below(
+        "special_relativity_effects", FLAG, 1, False, "Aberration by the velocity of the camera.",
+        **OUTSIDE,
     )
     color_doppler_factor_effect: float = below(
-        "color_doppler_factor_effect", NUMBER, 1, 0.0, "Doppler shift of colours.", **OUTSIDE
+        "color_doppler_factor_effect", NUMBER, 1, 0.0,
+        "Share of the Doppler shift in the colours: of what a moving camera sees, and of disks.",
+        low=0, high=1, **OUTSIDE,
     )
-    use_mollweide_projection: float = below(
-        "use_mollweide_projection", NUMBER, 1, 0.0, "Whole-sky camera.", **OUTSIDE
+    use_accretion_disk_temperature: bool = below(
+        "use_accretion_disk_temperature", FLAG, 1, False,
+        "Colours of disks from their temperature.", **OUTSIDE,
+    )
+    use_mollweide_projection: bool = below(
+        "use_mollweide_projection", FLAG, 1, False, "Whole-sky camera, by Mollweide's projection.",
+        **OUTSIDE,
     )
     objects: list[SceneObject] = field(default_factory=list)
     gravity: list[BlackHole | WormHole] = field(default_factory=list)
+    taken: dict[str, bool] = field(default_factory=dict, compare=False)
     path: str = field(default="", compare=False)
     lines: LineReports = field(
         default_factory=lambda: LineReports(Document), compare=False, repr=False

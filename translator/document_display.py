@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from relume.translator.document import Document
     from relume.translator.objects import SceneObject
 
+HOLES = {"BlackHole": "black hole", "WormHole": "wormhole"}
+"""What the blocks that bend space are called."""
+
 LONGEST = 60
 """Characters of a setting that are shown."""
 
@@ -30,12 +33,16 @@ class Displayed:
 
 
 def summary(document: Document) -> str:
-    """What a document is, such as `room.txt: 640x480 pixels, 16 spp, 4 objects`."""
+    """What a document is, such as `room.txt: 640x480 pixels, 16 spp, 4 objects, 1 black hole`."""
     width, height = document.image
     count = len(document.objects)
     objects = "1 object" if count == 1 else f"{count} objects"
     name = PurePath(document.path).name or "without a name"
-    return f"{name}: {width}x{height} pixels, {samples(document)} spp, {objects}"
+    kinds = Counter(HOLES[type(block).__name__] for block in document.gravity)
+    holes = [f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items()]
+    return ", ".join(
+        [f"{name}: {width}x{height} pixels", f"{samples(document)} spp", objects, *holes]
+    )
 
 
 def tables(document: Document) -> str:
@@ -49,10 +56,17 @@ def tables(document: Document) -> str:
     settings.append(("samples of a pixel", f"{samples(document)}: {samples_reason(document)}"))
     kinds = Counter(_kind(block) for block in document.objects)
     objects = [(str(count), *kind) for kind, count in kinds.items()]
+    holes = [
+        (HOLES[type(block).__name__], row.name, _short(getattr(block, row.field)))
+        for block in document.gravity
+        for row in rows(type(block))
+        if getattr(block, row.field) not in (row.default, None)
+    ]
     return (
         f"<div><b>{escape(summary(document))}</b>"
         + _table(("keyword", "value"), settings)
         + (_table(("objects", "shape", "surface", "emits"), objects) if objects else "")
+        + (_table(("bends space", "keyword", "value"), holes) if holes else "")
         + "</div>"
     )
 

@@ -28,7 +28,7 @@ def override(document: Document, environ: Mapping[str, str]) -> list[Problem]:
         ALIASES.get(name, name): (name, text) for name, text in environ.items() if text.strip()
     }
     context = FileContext({}, environ)
-    for target in (document, *document.objects):
+    for target in (document, *document.objects, *document.gravity):
         for row in rows(type(target)):
             _override(target, row, given, context)
     return context.problems

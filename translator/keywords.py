@@ -39,6 +39,7 @@ class Keyword:
         doc: the sentence that documents the keyword.
         low, high: range of every value, both ends included.
         above: if given, every value must exceed it.
+        under: if given, every value must stay below it.
         unit: unit of the values.
         aliases: other spellings that are accepted with a note.
         environment: variables that override the value; where there are several, one for each value.
@@ -56,6 +57,7 @@ class Keyword:
     low: float = -math.inf
     high: float = math.inf
     above: float = -math.inf
+    under: float = math.inf
     unit: str = ""
     aliases: tuple[str, ...] = ()
     environment: tuple[str, ...] = ()
@@ -76,6 +78,8 @@ class Keyword:
 
     def range_text(self) -> str:
         """The range in words, empty where every finite number will do."""
+        if self.above > -math.inf and self.under < math.inf:
+            return f"above {self.above:g}, below {self.under:g}"
         if self.above > -math.inf:
             return f"above {self.above:g}" + (
                 f", at most {self.high:g}" if self.high < math.inf else ""
@@ -88,7 +92,7 @@ class Keyword:
 
     def contains(self, value: float) -> bool:
         """Whether one value lies in the range."""
-        return self.low <= value <= self.high and value > self.above
+        return self.low <= value <= self.high and self.above < value < self.under
 
 
 def keyword(

@@ -167,15 +167,19 @@ def encloses(shape: Sphere, matrix: np.ndarray, point: np.ndarray) -> bool:
 
 
 def report_point_like(document: Document, entries: Iterable[Entry]) -> None:
-    """Report it at lamps that no ray can meet where glass would refract their light."""
-    if not any(map(refracts, entries)):
+    """Report it at lamps that no ray can meet where glass or a hole would turn their light."""
+    code = "lamp-in-curved-space" if document.gravity else "no-light-through-glass"
+    if not (document.gravity or any(map(refracts, entries))):
         return
     for block in document.objects:
-        is_beam = block.parallel_light and isinstance(block.shape, UVPlane)
-        if (isinstance(block.shape, InfinityLight) or is_beam or is_spot(block)) and any(
-            block.emission
-        ):
-            block.lines.becomes("", "no-light-through-glass")
+        if is_point_like(block) and any(block.emission):
+            block.lines.becomes("", code)
+
+
+def is_point_like(block: SceneObject) -> bool:
+    """Whether an object is a lamp that no ray can meet."""
+    is_beam = block.parallel_light and isinstance(block.shape, UVPlane)
+    return isinstance(block.shape, InfinityLight) or is_beam or is_spot(block)
 
 
 def dimmed(shape: Entry, spectral: bool) -> Entry:

@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from relume.translator import curved_space
+from relume.translator.camera import velocity
 from relume.translator.document import Document
 from relume.translator.lights import is_spot
 from relume.translator.objects import SceneObject
@@ -56,16 +58,30 @@ DOCUMENT_ROWS: tuple[Row, ...] = (
       for field in ("scattering", "absorbing", "phase")),
     *((field, lambda d: not d.background_texture, "no-background-texture")
       for field in ("map_coef", "coef")),
-    ("velocity", lambda d: any(d.velocity), "relativity"),
-    ("special_relativity_effects", lambda d: d.special_relativity_effects, "relativity"),
-    ("use_accretion_disk_temperature", lambda d: d.use_accretion_disk_temperature, "relativity"),
-    ("color_doppler_factor_effect", lambda d: d.color_doppler_factor_effect, "relativity"),
-    ("use_mollweide_projection", lambda d: d.use_mollweide_projection, "relativity"),
+    ("use_accretion_disk_temperature",
+     lambda d: d.use_accretion_disk_temperature and not curved_space.disk_numbers(d),
+     "no-accretion-disk"),
+    ("use_accretion_disk_temperature",
+     lambda d: d.use_accretion_disk_temperature and curved_space.disk_numbers(d),
+     "disk-temperature"),
+    ("color_doppler_factor_effect",
+     lambda d: d.color_doppler_factor_effect and not shifts_colors(d), "no-doppler"),
+    ("color_doppler_factor_effect",
+     lambda d: d.color_doppler_factor_effect and velocity(d), "doppler-cosine"),
+    ("velocity", lambda d: any(d.velocity) and not d.special_relativity_effects,
+     "no-relativity-effects"),
+    ("special_relativity_effects", lambda d: d.special_relativity_effects and not velocity(d),
+     "no-velocity"),
+    ("use_mollweide_projection", lambda d: d.use_mollweide_projection and velocity(d),
+     "mollweide-order"),
+    *((field, lambda d: d.use_mollweide_projection, "mollweide-screen")
+      for field in ("screen", "camera_angle")),
     ("camera_matrix", lambda d: bends_view(d), "camera-matrix-order"),
     ("next_event_estimation", lambda d: has_kind(d, "ward"), "ward-nee"),
     ("next_event_estimation", lambda d: has_kind(d, "glass"), "glass-nee"),
     ("participating_media", lambda d: d.participating_media and shows_sky(d), "fog-sky"),
-    ("next_event_estimation", always, "lights-always-sampled"),
+    ("next_event_estimation", lambda d: not d.gravity, "lights-always-sampled"),
+    ("next_event_estimation", lambda d: d.gravity, "next-event-in-curved-space"),
     ("depth", always, "roulette-depth"),
     ("gamma_offset", lambda d: d.gamma_offset == 0, "gamma"),
     ("time_limit", always, "timelimit"),
@@ -76,6 +92,11 @@ def several_lamps(document: Document) -> bool:
     """Whether explicit light comes from more than one lamp."""
     lamps = [b for b in document.objects if any(b.emission) and not any(b.color)]
     return document.next_event_estimation and len(lamps) > 1
+
+
+def shifts_colors(document: Document) -> bool:
+    """Whether anything that moves has its colours shifted."""
+    return velocity(document) is not None or bool(curved_space.disk_numbers(document))
 
 
 def bends_view(document: Document) -> bool:
@@ -143,9 +164,9 @@ OBJECT_ROWS: tuple[Row, ...] = (
     ("texture", always, "texture"),
     ("back", always, "no-effect"),
     ("media_ignore_front_back", always, "medium-everywhere"),
-    ("blackhole_disk", lambda b: b.blackhole_disk, "relativity"),
     ("disk_map", lambda b: b.disk_map and not is_disk(b), "disk-map-without-disk"),
-    ("disk_map", lambda b: b.disk_map and is_disk(b) and not b.disk_picture, "no-texture"),
+    ("disk_map", lambda b: b.disk_map and is_disk(b) and not b.disk_picture
+     and b.blackhole_disk is None, "no-texture"),
     ("background", lambda b: b.background and not b.is_backdrop, "background-not-plane"),
     ("", is_scaled_round, "sphere-radius-scale"),
     ("", lambda b: isinstance(b.shape, Hemisphere) and b.ibl_texture is None,
@@ -194,8 +215,6 @@ def report_keywords(document: Document, dialect: str) -> None:
         dialect: `manual` or `prender`, for the notes on where the two differ.
     """
     _apply(document, DOCUMENT_ROWS, dialect)
-    for hole in document.gravity:
-        hole.lines.whole_becomes("relativity")
     for block in document.objects:
         _apply(block, OBJECT_ROWS, dialect)
 

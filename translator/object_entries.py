@@ -8,7 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from relume.translator import dense_media, environment_maps, geometry, lights, materials, media
+from relume.translator import (
+    curved_space,
+    dense_media,
+    environment_maps,
+    geometry,
+    lights,
+    materials,
+    media,
+)
+from relume.translator.accretion_disks import accretion_disk
 from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
@@ -156,6 +165,9 @@ def translate_object(scene: PlacedScene, index: int, block: SceneObject) -> Cont
         return Contents(contents)
     if isinstance(block.shape, MeshFile):
         return mesh_object(scene, name, index, block)
+    if curved_space.is_accretion_disk(scene.document, block):
+        disk = accretion_disk(scene, name, index, block)
+        return Contents({} if disk is None else {name: disk})
     if isinstance(block.shape, Disk | Annulus) and block.disk_map and block.disk_picture:
         return Contents({name: cut_out_disk(scene, name, index, block)})
     if block.ibl_texture is not None:

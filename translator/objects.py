@@ -178,9 +178,13 @@ class SceneObject:
         "spot_attenuation", NUMBER, 3, (0.0, 0.0, 1.0), "a, b and c of t = a + b d + c d^2.",
         low=0, section="9.5",
     )
-    blackhole_disk: bool = beside(
-        "blackhole_disk", FLAG, 1, False, "Disk of a black hole.", section="14", in_manual=False
+    blackhole_disk: int | None = beside(
+        "blackhole_disk", INTEGER, 1, None,
+        "Which `accretion_disk_texture`, from 0, a disk with `disk_map` has around a black hole; "
+        "by default that of the disk before it.",
+        low=0, section="14", in_manual=False,
     )
+
     @property
     def has_picture(self) -> bool:
         """Whether any picture lies on it."""

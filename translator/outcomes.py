@@ -10,6 +10,7 @@ import difflib
 
 from relume.translator import (
     dialects,
+    outcomes_of_gravity,
     outcomes_of_meshes,
     outcomes_of_objects,
     outcomes_of_reading,
@@ -21,6 +22,7 @@ OUTCOMES: dict[str, Outcome] = {
     **outcomes_of_reading.OUTCOMES,
     **outcomes_of_scenes.OUTCOMES,
     **outcomes_of_objects.OUTCOMES,
+    **outcomes_of_gravity.OUTCOMES,
     **outcomes_of_meshes.OUTCOMES,
     **{row.id: dialects.outcome(row) for row in dialects.DIFFERENCES.values()},
 }

@@ -2,8 +2,6 @@
 
 from relume.translator.outcome_rows import table
 
-GRAVITY = "Scenes of general relativity render as if space were flat."
-
 OUTCOMES = table((
     ("no-effect", "ignored", "4", "without effect in the original program, too",
      "No effect on the picture.", "Nothing to do."),
@@ -54,8 +52,6 @@ OUTCOMES = table((
     ("background-texture-hidden", "ignored", "11.6", "a dome hides it",
      "The dome around the camera is shown and lights the scene.",
      "Delete the object with `ibl_texture` to see the background."),
-    ("relativity", "unsupported", "14", "general relativity is outside the manual", GRAVITY,
-     "Comment the line out; there is no replacement."),
     ("no-light", "approximated", "9", "nothing shines: the picture is black",
      "No object has an emission above 0, and there is no background and no image-based light.",
      "Give an object an `emission`, or the scene a BACKGROUND."),

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from relume.translator import (
+    outcomes_of_gravity,
     outcomes_of_meshes,
     outcomes_of_objects,
     outcomes_of_reading,
@@ -33,6 +34,7 @@ CHAPTERS: dict[str, Iterable[str]] = {
     "Lines as they are read": outcomes_of_reading.OUTCOMES,
     "Camera, rendering and surroundings": outcomes_of_scenes.OUTCOMES,
     "Objects": outcomes_of_objects.OUTCOMES,
+    "Relativity": outcomes_of_gravity.OUTCOMES,
     "Meshes": outcomes_of_meshes.OUTCOMES,
     "Manual and program": DIFFERENCES,
 }

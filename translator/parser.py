@@ -11,8 +11,8 @@ from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.document import Document
 from relume.translator.expressions import clip
 from relume.translator.forms.transforms import TRANSFORMS
-from relume.translator.gravity import GRAVITY_BLOCKS
-from relume.translator.keywords import BLOCK, by_word
+from relume.translator.gravity import GRAVITY_BLOCKS, OF_THE_SCENE, BlackHole, WormHole
+from relume.translator.keywords import BLOCK, Keyword, by_word
 from relume.translator.object_parser import ATTRIBUTES, LOOKALIKES, read_object
 from relume.translator.shapes import SHAPES
 from relume.translator.source_text import FileName, decode_lines, read_lines
@@ -76,6 +76,7 @@ def fill(document: Document, lines: list[str], environ: Mapping[str, str]) -> li
     """
     cursor = Cursor(lines, document.variables, document.lines.all, environ)
     _FileReader(cursor, document).run()
+    document.taken = cursor.context.taken
     problems = [
         *cursor.problems,
         *environment_variables.override(document, environ),
@@ -142,6 +143,8 @@ class _FileReader:
 
     def opens(self, word: str) -> bool:
         """Whether a line that starts with the word belongs to the scene, not to a block."""
+        if self.disabled_block and self.disabled_block[1] == "BLACKHOLE" and word in OF_THE_SCENE:
+            return False
         return word in self.keywords or word in self.blocks
 
     def in_disabled_block(self, line: int, opener: str, word: str) -> None:
@@ -180,17 +183,37 @@ class _FileReader:
         block = GRAVITY_BLOCKS[word]()
         first = len(cursor.reports)
         block.lines.reports[""] = [cursor.report(word)]
-        position = cursor.beside()
-        with cursor.noting_problems():
-            if position.text.strip():
-                x, y, z = position.numbers(3)
-                block.position = x, y, z
-        table = by_word(type(block))
+        table = dict(by_word(type(block)))
+        if isinstance(block, BlackHole):
+            self.position(block)
+            table |= {n: self.keywords[n] for n in OF_THE_SCENE if n in self.keywords}
+        elif rest := cursor.beside().text.strip():
+            message = f"WORMHOLE stands alone on its line, found '{clip(rest)}' behind it"
+            cursor.error(len(word) + 2, f"{message}; its places are 'in x y z' and 'out x y z'")
         for _ in cursor.block_lines():
-            name = cursor.word
-            if name in table:
-                table[name].read(cursor, name, block)
-            else:
-                cursor.unknown(name, table, f"line of a {word} block")
+            self.gravity_line(block, table)
         block.lines.all = cursor.reports[first:]
         self.document.gravity.append(block)
+
+    def position(self, block: BlackHole) -> None:
+        """The centre of a black hole, behind the word that opens its block."""
+        values = self.cursor.beside()
+        with self.cursor.noting_problems():
+            if values.text.strip():
+                x, y, z = values.numbers(3)
+                block.position = x, y, z
+                for note in values.notes:
+                    block.lines.reports[""][0].add(note)
+
+    def gravity_line(self, block: BlackHole | WormHole, table: Mapping[str, Keyword]) -> None:
+        """A line of a block of general relativity."""
+        cursor, word = self.cursor, self.cursor.word
+        if cursor.line[0] in " \t" and word in table:
+            message = f"'{clip(cursor.line.strip())}': a keyword must start in the first column"
+            cursor.error(1, message, "keyword")
+        elif word in OF_THE_SCENE and word in table:
+            table[word].read(cursor, word, self.document)
+        elif word in table:
+            table[word].read(cursor, word, block)
+        else:
+            cursor.unknown(word, table, f"line of a {type(block).__name__.upper()} block")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +43,14 @@ class RenderPlan:
         """The plan as JSON values."""
         return asdict(self) | {"plugins": list(self.plugins)}
 
+
+SENSOR_REASONS = {
+    "perspective": "a pinhole",
+    "thinlens": "a thin lens",
+    "screencamera": "pixels are not square, or the lens looks off the Z axis",
+    "relativisticcamera": "a camera that moves, or sees all around",
+}
+"""Why a scene has a sensor, by its plugin id."""
 
 METROPOLIS = ("pssmlt", "erpt")
 """Integrators that take their paths from another one, nested under the name `paths`."""
@@ -120,6 +128,7 @@ def integrator(
     types: Collection[str],
     media: Sequence[HomogeneousMedium],
     profile: str | None,
+    wrapped: Callable[[Entry], tuple[Entry, str]] = lambda paths: (paths, ""),
 ) -> tuple[Entry, str]:
     """The integrator's dictionary and the reason for it.
 
@@ -130,6 +139,7 @@ def integrator(
         types: plugin ids of the objects.
         media: all media that light crosses.
         profile: profile of the dipole, or None where no object needs it.
+        wrapped: from a path tracer to the one that knows relativity, and why.
     """
     if any(medium.chromatic for medium in media):
         kind, reason = "volpathmis", "a medium whose extinction differs between the channels"
@@ -148,6 +158,8 @@ def integrator(
     result: Entry = {"type": kind, "max_depth": -1, "rr_depth": int(min(document.depth, 2**30)) + 1}
     if profile:
         result["profile"] = profile
+    result, why = wrapped(result)
+    reason += why
     if "shadowcatcher" in types:
         reason += "; wrapped by shadowcatching for shadow"
         result = {"type": "shadowcatching", "integrator": result}
@@ -183,7 +195,6 @@ def render_plan(
     """
     used = sorted(plugin_types(scene) & set(own_plugins))
     camera = scene["sensor"]["type"]
-    stock = "a pinhole" if camera == "perspective" else "a thin lens"
     return RenderPlan(
         variant=SPECTRAL if dispersive else RGB,
         integrator=scene["integrator"]["type"],
@@ -195,9 +206,7 @@ def render_plan(
         reasons={
             "variant": "glass with dispersion" if dispersive else "no wavelengths matter",
             "integrator": integrator_reason,
-            "sensor": stock
-            if camera != "screencamera"
-            else "pixels are not square, or the lens looks off the Z axis",
+            "sensor": SENSOR_REASONS[camera],
             "spp": samples_reason(document),
         },
     )

@@ -91,5 +91,6 @@ def _shape(shape: Shape | None) -> list[str]:
 
 def _gravity(block: BlackHole | WormHole) -> list[str]:
     word = type(block).__name__.upper()
-    opening = word if block.position is None else f"{word} {number_text(block.position)}"
+    position = block.position if isinstance(block, BlackHole) else None
+    opening = word if position is None else f"{word} {number_text(position)}"
     return [opening, *_keyword_lines(block, type(block)())]

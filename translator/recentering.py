@@ -19,6 +19,7 @@ from relume.translator.camera import view
 from relume.translator.document import Document
 from relume.translator.forms.numbers import Triple
 from relume.translator.forms.transforms import Transform
+from relume.translator.gravity import BlackHole, WormHole
 from relume.translator.objects import SceneObject
 from relume.translator.outcome_rows import Note
 from relume.translator.outcomes import make_note
@@ -66,6 +67,22 @@ class Recentering:
             scattering=self.diluted(document.scattering),
             absorbing=self.diluted(document.absorbing),
             objects=[self.moved(block) for block in document.objects],
+            gravity=[self.moved_hole(block) for block in document.gravity],
+        )
+
+    def moved_hole(self, block: BlackHole | WormHole) -> BlackHole | WormHole:
+        """A block that bends space, whose scene is moved and never enlarged."""
+
+        def moved(point: Triple | None) -> Triple | None:
+            if point is None:
+                return None
+            x, y, z = (float(c) for c in np.array(point) - self.center)
+            return x, y, z
+
+        if isinstance(block, BlackHole):
+            return dataclasses.replace(block, position=moved(block.position))
+        return dataclasses.replace(
+            block, entrance=moved(block.entrance), exit=moved(block.exit)
         )
 
     def diluted(self, coefficients: Triple) -> Triple:
@@ -93,17 +110,18 @@ class Recentering:
         )
 
 
-def recentering(center: np.ndarray, size: float) -> Recentering | None:
+def recentering(center: np.ndarray, size: float, enlarge: bool = True) -> Recentering | None:
     """How to move a scene, or None if it is well where it is.
 
     Args:
         center: middle of what it shows, (3,).
         size: its diameter [scene unit]; 0 where nothing tells it.
+        enlarge: whether it may be enlarged, too: lengths around a hole are those of its mass.
     """
     if not size > 0:
         return None
     reach = 1 + float(np.max(np.abs(center))) + size / 2
     if reach <= WORST * size:
         return None
-    scale = 10.0 ** round(math.log10(SIZE / size)) if size < 1 else 1.0
+    scale = 10.0 ** round(math.log10(SIZE / size)) if size < 1 and enlarge else 1.0
     return Recentering(np.asarray(center, float), scale)

@@ -16,7 +16,7 @@ from relume.translator.environment_variables import ALIASES
 from relume.translator.expressions import BINARY_FUNCTIONS, CONSTANTS, FUNCTIONS
 from relume.translator.forms.reflections import REFLECTIONS
 from relume.translator.forms.transforms import TRANSFORMS
-from relume.translator.gravity import BlackHole, WormHole
+from relume.translator.gravity import OF_THE_SCENE, BlackHole, WormHole
 from relume.translator.keywords import ENVIRONMENT, Keyword, rows
 from relume.translator.materials_table import MATERIALS
 from relume.translator.object_parser import LOOKALIKES
@@ -67,9 +67,12 @@ def page() -> str:
         word_table("Line", {f"{word} x y z": doc for word, doc in TRANSFORMS.items()}),
         "### Materials\n\nNames for `MATERIAL_SYMBOL`: "
         + ", ".join(f"`{name}`" for name in MATERIALS) + ".\n",
-        "## Gravity\n\nOutside the manual: read and reported as unsupported. "
-        "`BLACKHOLE` and `WORMHOLE` may be followed by a position.\n",
-        "### `BLACKHOLE`\n",
+        "## Gravity\n\nOutside the manual: blocks that bend space. A scene has one hole, the last "
+        "`WORMHOLE`, else the last\n`BLACKHOLE`, whose mass is 1 scene unit: its horizon has the "
+        "radius 2 where it does not spin.\n",
+        "### `BLACKHOLE`\n\nMay be followed by the position of its centre. "
+        + ", ".join(f"`{word}`" for word in OF_THE_SCENE)
+        + " may stand in the block,\ntoo; they are the keywords of the scene.\n",
         keyword_table(BlackHole, ""),
         "### `WORMHOLE`\n",
         keyword_table(WormHole, ""),

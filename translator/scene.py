@@ -14,12 +14,17 @@ docs/dev/translation.md tells more.
 from __future__ import annotations
 
 import copy
+import dataclasses
+import functools
+import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from relume.translator import (
     camera,
+    curved_space,
     dense_media,
     environment_maps,
     lights,
@@ -40,11 +45,13 @@ from relume.translator.images import ImageError
 from relume.translator.meshes import Meshes
 from relume.translator.object_entries import Contents, PlacedScene, translate_objects
 from relume.translator.outcome_rows import Note
+from relume.translator.outcomes import make_note
 from relume.translator.recentering import recentering
 from relume.translator.scene_geometry import SceneGeometry, measure
 from relume.translator.scene_values import Entry, resolved, rgb, to_mitsuba
 from relume.translator.shapes import MeshFile, Sphere
 from relume.translator.source_text import FileName
+from relume.translator.stand_ins import Workshop
 
 OWN_PLUGINS = {
     "ward": "bsdf",
@@ -58,14 +65,18 @@ OWN_PLUGINS = {
     "falloffspot": "emitter",
     "twosidedarea": "emitter",
     "ibldome": "emitter",
+    "curvedspace": "integrator",
     "dipole": "integrator",
+    "dopplershift": "integrator",
     "erpt": "integrator",
     "pssmlt": "integrator",
     "samplescale": "integrator",
     "shadowcatching": "integrator",
     "surfacepath": "integrator",
     "hgrgb": "phase function",
+    "relativisticcamera": "sensor",
     "screencamera": "sensor",
+    "accretiondisk": "texture",
     "spheremap": "texture",
 }
 """Plugins that relume brings to Mitsuba, with the kind of each."""
@@ -83,11 +94,13 @@ class Translation:
         document: copy of the document; its `lines.all` tells what each line became.
         scene: the scene as plain values; `dictionary()` is what Mitsuba takes.
         plan: how it is rendered.
+        stand_ins: names of the missing files in whose places others are shown.
     """
 
     document: Document
     scene: Entry
     plan: plan.RenderPlan
+    stand_ins: tuple[str, ...] = ()
 
     def dictionary(self) -> dict[str, Any]:
         """The dictionary for `mi.load_dict`; a variant must be set.
@@ -99,11 +112,17 @@ class Translation:
     def picture_notes(self) -> tuple[Note, ...]:
         """What is to be said of the picture as a whole: that it will be black or empty."""
         apart = ("sensor", "integrator", media.AROUND)
-        return empty_picture_notes(
+        entries = [
             entry
             for name, entry in self.scene.items()
             if isinstance(entry, dict) and name not in apart
-        )
+        ]
+        beyond = curved_space.beyond(self.scene["integrator"])
+        notes = empty_picture_notes([*entries, *beyond])
+        # Where space bends, the background alone is a picture, too.
+        bends = "curvedspace" in self.plan.plugins
+        shown = [note for note in notes if not (bends and note.code == "no-surface")]
+        return (*missing_variables(self.document), *shown)
 
     def status(self) -> str:
         """`ok`, or `unsupported` if any line is."""
@@ -112,7 +131,10 @@ class Translation:
 
 
 def translate(
-    document: Document, dialect: str = "manual", asset_path: Iterable[FileName] = ()
+    document: Document,
+    dialect: str = "manual",
+    asset_path: Iterable[FileName] = (),
+    stand_ins: bool = False,
 ) -> Translation:
     """Translate a document.
 
@@ -120,6 +142,7 @@ def translate(
         document: the `Document`; left as it is.
         dialect: `manual` (default) or `prender`, to match an old picture (see `dialects`).
         asset_path: folders in which files that a scene names are looked for.
+        stand_ins: whether something is shown in the place of missing pictures (see `stand_ins`).
 
     Returns:
         The `Translation`.
@@ -132,20 +155,52 @@ def translate(
     if dialect not in DIALECTS:
         raise ValueError(f"unknown dialect {dialect!r}, expected one of {', '.join(DIALECTS)}")
     document = working_copy(document, dialect)
-    assets = Assets(document, asset_path)
+    if not stand_ins:
+        return with_assets(document, dialect, Assets(document, asset_path))
+    with tempfile.TemporaryDirectory() as folder:
+        assets = Assets(document, asset_path, Workshop(Path(folder)))
+        made = with_assets(document, dialect, assets)
+    return dataclasses.replace(made, stand_ins=tuple(assets.stand_ins))
+
+
+def with_assets(document: Document, dialect: str, assets: Assets) -> Translation:
+    """The translation of a working copy whose files are found; arguments and errors as
+    `translate`."""
     if problems := assets.problems() + materials.missing_parameters(document):
         raise SceneError(document.path, problems)
     line_outcomes.report_keywords(document, dialect)
     camera.report_camera(document, dialect)
-    scene = placed(document, dialect, assets.find)
-    objects, problems = translate_objects(scene)
-    surroundings = translate_surroundings(scene, objects, problems)
-    return assembled(scene, objects, surroundings)
+    curved_space.report_bending(document, dialect)
+    sides = [
+        placed(side, dialect, assets.path) for side in curved_space.sides(document, dialect)
+    ]
+    translated = [translate_objects(side) for side in sides]
+    problems = [problem for _, found in translated for problem in found]
+    contents = [
+        (objects, translate_surroundings(side, objects, problems))
+        for side, (objects, _) in zip(sides, translated, strict=True)
+    ]
+    if len(sides) == 1:
+        return assembled(sides[0], *contents[0])
+    found = contents[1][0].entries | contents[1][1].entries
+    apart = curved_space.other_side(document, sides[1].document, found, dialect)
+    seen = sides[apart.get("start_side", 1) - 1].document
+    return assembled(sides[0], *contents[0], seen, apart)
+
+
+def missing_variables(document: Document) -> list[Note]:
+    """A note on the variables that a file takes by `%NAME%`, if any of them is not set."""
+    missing = [name for name, is_set in document.taken.items() if not is_set]
+    if not missing:
+        return []
+    names = ", ".join(document.taken)
+    return [make_note("variables-taken", names=names, missing=", ".join(missing))]
 
 
 def working_copy(document: Document, dialect: str) -> Document:
     """A copy of a document for notes on its lines, with the defaults of the dialect."""
     document = copy.deepcopy(document)
+    curved_space.settle(document, dialect)
     if dialect == "prender" and not document.lines.is_set("luminance_cutoff"):
         document.luminance_cutoff = document.luminance_cutoff or PROGRAM_CUTOFF
     return document
@@ -162,7 +217,8 @@ def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
     spectral = dialect == "manual" and any(b.reflection.dispersion for b in document.objects)
     meshes = Meshes(find, spectral)
     geometry = measure(document, dialect, meshes, find)
-    if move := recentering(geometry.inner.center, geometry.shown):
+    flat = curved_space.curvature(document) is None
+    if move := recentering(geometry.inner.center, geometry.shown, enlarge=flat):
         document = move.apply(document, dialect)
         geometry = measure(document, dialect, meshes, find)
     precision.report_thin_glass(document, geometry.matrices)
@@ -256,17 +312,32 @@ def has_lights_to_sample(entries: Iterable[Entry]) -> bool:
     return not emitters or any(emitter.get("sampling_weight") != 0 for emitter in emitters)
 
 
-def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> Translation:
-    """The translation: sensor, integrator, objects and surroundings, and the plan to render it."""
+def assembled(
+    scene: PlacedScene,
+    objects: Contents,
+    surroundings: Contents,
+    seen: Document | None = None,
+    apart: Entry | None = None,
+) -> Translation:
+    """The translation: sensor, integrator, objects and surroundings, and the plan to render it.
+
+    Args:
+        scene: the scene, on this side of a wormhole.
+        objects: what its objects became.
+        surroundings: what is around them.
+        seen: the document of the side that the camera is on; None for that of the scene.
+        apart: parameters of `curvedspace` that tell what is on the other side, if there is one.
+    """
     document, dialect = scene.document, scene.dialect
     contents = Contents.of_all([objects, surroundings])
     lights.report_point_like(document, contents.entries.values())
     profile = media.PROFILES[dialect] if contents.dipole else None
     types = plan.plugin_types(contents.entries)
+    wrapped = functools.partial(curved_space.wrapped, document, dialect, apart or {})
     integrator, reason = plan.integrator(
-        document, dialect, scene.spectral, types, contents.media, profile
+        document, dialect, scene.spectral, types, contents.media, profile, wrapped
     )
-    sensor = camera.sensor(document, dialect)
+    sensor = camera.sensor(seen or document, dialect)
     around: Entry = {}
     if scene.medium is not None:
         around = {media.AROUND: scene.medium.entry()}

@@ -48,12 +48,14 @@ class FileContext:
 
     Attributes:
         problems: the errors found so far.
+        taken: the variables that `%NAME%` asked for, and whether they are set.
     """
 
     def __init__(self, variables: dict[str, float], environ: Mapping[str, str]) -> None:
         self.variables = variables
         self.environ = environ
         self.problems: list[Problem] = []
+        self.taken: dict[str, bool] = {}
         self._guesses = 0
 
     def nearest(self, word: str, words: Iterable[str]) -> str | None:
@@ -213,6 +215,7 @@ class ValueReader:
         if not closed or not name:
             raise self.error(f"expected '%NAME%', found '{clip(self.text)}'", "syntax")
         given = self.context.environ.get(name)
+        self.context.taken[clip(name)] = given is not None
         if given is None:
             self.notes.append(make_note("variable-not-set", name=clip(name)))
             return 0.0

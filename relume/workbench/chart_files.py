@@ -40,7 +40,9 @@ def run(
             a figure.
     """
     options = RenderOptions(
-        dialect=arguments.get("dialect", "manual"), asset_path=arguments.get("asset_path", ())
+        dialect=arguments.get("dialect", "manual"),
+        asset_path=arguments.get("asset_path", ()),
+        stand_ins=arguments.get("stand_ins", False),
     )
     for scene in scenes:
         translated_with_inputs(scene, options)[1].refuse(*chart_paths(scenes, Path(out)))

@@ -30,7 +30,7 @@ from relume.workbench import chart_table, curves, pages, references, renders
 from relume.workbench.comparison import versions
 from relume.workbench.curves import Curve
 from relume.workbench.estimates import Estimate
-from relume.workbench.methods import Method, Stage, chosen, find, methods_for, planned
+from relume.workbench.methods import Method, Stage, chosen, find, methods_for, obstacle, planned
 from relume.workbench.scenes import (
     name_of,
     notes,
@@ -197,7 +197,7 @@ def unbiased(translation: Translation) -> Method:
     """The method for references: the planned one if it is unbiased, or the first that is."""
     rows = [planned(translation), *methods_for(translation)]
     for row in rows:
-        if row.unbiased and not row.obstacle(translation):
+        if row.unbiased and not obstacle(row, translation):
             return row
     raise CannotRender("no unbiased method renders the scene: name one for the reference")
 

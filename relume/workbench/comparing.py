@@ -64,7 +64,8 @@ def run(
         OutputError: the page cannot be written; and what `compare` raises.
     """
     if out is not None:
-        options = {k: v for k, v in arguments.items() if k in ("dialect", "asset_path")}
+        of_scene = ("dialect", "asset_path", "stand_ins")
+        options = {k: v for k, v in arguments.items() if k in of_scene}
         _, inputs = translated_with_inputs(scene, RenderOptions(**options))
         check_page(Path(out), inputs.and_(arguments.get("with_", "")))
     columns = (TextColumn("run"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
@@ -153,6 +154,9 @@ def compare(
     plan, integrator = translation.plan, options.integrator
     first = methods.find(integrator) if integrator else methods.planned(translation)
     wanted = [first] if picture is not None else [first, methods.find(with_)]
+    for method in wanted if methods.bends(translation) else ():
+        if why := methods.obstacle(method, translation):
+            raise CannotRender(f"{method.name}: {why}; --with also takes a picture")
     with variant_and_threads(translation, options.variant):
         stage = methods.Stage(document, translation, options)
         loaded = [(method.name, *stage.load(method)) for method in wanted]

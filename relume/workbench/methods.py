@@ -173,6 +173,16 @@ def balanced_ward(entry: Entry) -> Entry:
     return entry | {"variant": "balanced"} if entry.get("type") == "ward" else entry
 
 
+def bends(translation: Translation) -> bool:
+    """Whether light follows curved space in a scene."""
+    return "curvedspace" in translation.plan.plugins
+
+
+def with_holes(translation: Translation) -> str:
+    """The obstacle of what only curved space needs."""
+    return "" if bends(translation) else "nothing in the scene bends space"
+
+
 def with_separate_direct_light(translation: Translation) -> str:
     """The obstacle of chains that leave direct light to plain sampling."""
     integrator = paths_of(translation.scene["integrator"])
@@ -198,6 +208,7 @@ DIPOLES = {
 """Methods that render subsurface scattering by diffusion, with their profiles."""
 
 METHODS = (
+    Method("curvedspace", as_planned, obstacle=with_holes),
     Method("surfacepath", tracer("surfacepath"), obstacle=without_medium),
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
@@ -253,9 +264,17 @@ def find(name: str) -> Method:
     return Method(name, lambda planned: integrator_entry(name, planned), unbiased=False)
 
 
+def obstacle(method: Method, translation: Translation) -> str:
+    """Why a method cannot render a scene; empty if it can, as far as is known."""
+    follows = method.name == "curvedspace" or method.chains is not None
+    if bends(translation) and not follows:
+        return "its light goes straight on, where that of the scene does not"
+    return method.obstacle(translation)
+
+
 def methods_for(translation: Translation) -> list[Method]:
     """The rows of `METHODS` that can render a scene."""
-    return [row for row in METHODS if not row.obstacle(translation)]
+    return [row for row in METHODS if not obstacle(row, translation)]
 
 
 def chosen(translation: Translation, names: Iterable[str]) -> list[Method]:
@@ -327,7 +346,9 @@ class Stage:
                 raise CannotRender(f"{method.name}: {FOREIGN}")
             changed = method.document(self.document)
             options = self.options
-            result = translator.translate(changed, options.dialect, options.asset_path)
+            result = translator.translate(
+                changed, options.dialect, options.asset_path, options.stand_ins
+            )
             if result.plan.variant != self.translation.plan.variant:
                 raise CannotRender(f"{method.name} needs the variant {result.plan.variant}")
         scene = method.scene(result.scene) if method.scene else result.scene

@@ -39,7 +39,7 @@ def option_words(options: RenderOptions, *names: str) -> list[str]:
             words += [f"--{name}", str(value)]
     for folder in options.asset_path:
         words += ["--asset-path", str(folder)]
-    return words
+    return words + (["--stand-ins"] if options.stand_ins else [])
 
 
 def repeated(option: str, values: Iterable[str]) -> list[str]:

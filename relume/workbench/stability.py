@@ -205,7 +205,9 @@ def cells_of(
     given = resized(document, options.size or reduced(document.image), spp * RUNS)
     assert isinstance(given, Document)
     document = given
-    translation = translator.translate(document, options.dialect, options.asset_path)
+    translation = translator.translate(
+        document, options.dialect, options.asset_path, options.stand_ins
+    )
     case = Case(document, answer.tolist(), answer.max() or 1.0, spp=spp, options=options)
     names = tuple(method.name for method in method_table.chosen(translation, methods))
     name = Path(name_of(document)).stem

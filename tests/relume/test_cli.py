@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from relume.cli import main
 
-UNSUPPORTED = "use_mollweide_projection\n1"
+UNSUPPORTED = "BLACKHOLE 0 0 0\n\nparticipatingMedia\n1"
 TYPO = "SAMPLNG\n16\n\nOBJECT\nsphere 0 0 0\nreflection difuse\n"
 
 
@@ -72,13 +72,13 @@ def test_a_folder_has_a_line_for_each_file_and_a_summary(run, room, broken):
         f"{folder / 'broken.txt'}: error: 1:1: 'SAMPLNG' is no keyword; did you mean 'SAMPLING'?"
         " (and 2 more)",
         f"{folder / 'room.txt'}: ok",
-        f"{folder / 'unsupported.txt'}: unsupported: line 17, use_mollweide_projection: general"
-        " relativity is outside the manual (and 1 more)",
+        f"{folder / 'unsupported.txt'}: unsupported: line 19, participatingMedia: where space bends"
+        " there are no media (and 1 more)",
         "3 files: 1 ok, 1 error, 1 unsupported",
     ]
     for words, seen in ((("-v",), True), (("--brief",), False)):
         text = run("check", folder, *words).stdout
-        assert "use_mollweide_projection" in text and ("CAMERA_POS" in text) == seen
+        assert "participatingMedia" in text and ("CAMERA_POS" in text) == seen
 
 
 def test_a_mitsuba_scene_has_nothing_to_check(run, tmp_path):
@@ -108,7 +108,7 @@ def test_shape_of_the_json(run, room, broken):
         {"line": 0, "column": 0, "message": "no such file", "kind": "file"}
     ]
     plan = good["plan"]
-    assert (plan["variant"], plan["integrator"], plan["spp"]) == ("llvm_ad_rgb", "surfacepath", 4)
+    assert (plan["variant"], plan["integrator"], plan["spp"]) == ("llvm_ad_rgb", "curvedspace", 4)
     assert set(plan["reasons"]) >= {"variant", "integrator", "sensor", "spp"}
 
 
@@ -122,11 +122,11 @@ def test_every_line_with_content_is_in_the_json(run, room):
 
 def test_the_table_names_lines_reasons_and_the_plan(run, room):
     text = run("check", room(UNSUPPORTED)).stdout
-    for part in ("unsupported", "use_mollweide_projection", "relativity", "plan: 32x24, 4 spp"):
+    for part in ("unsupported", "participatingMedia", "no media", "plan: 32x24, 4 spp"):
         assert part in text
     brief = run("check", room(UNSUPPORTED), "--brief").stdout
     assert "CAMERA_POS" in text and "CAMERA_POS" not in brief
-    assert "use_mollweide_projection" in brief
+    assert "participatingMedia" in brief
 
 
 def test_text_of_a_scene_is_no_markup(run, room):

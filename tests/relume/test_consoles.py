@@ -43,15 +43,15 @@ def test_sizes_are_not_coloured_as_numbers(monkeypatch):
 @pytest.mark.parametrize("columns", ["40", "200"])
 def test_a_pipe_has_no_width(room, columns):
     """Whatever the width of the terminal that began the pipe."""
-    path = room("use_mollweide_projection\n1")
+    path = room("BLACKHOLE 0 0 0\n\nparticipatingMedia\n1")
     code = "from relume.cli import main; main()"
     words = [sys.executable, "-c", code, "check", str(path)]
     environment = os.environ | {"COLUMNS": columns}
     run = subprocess.run(words, capture_output=True, text=True, env=environment)
     lines = run.stdout.splitlines()
     assert lines[0] == f"{path}: unsupported"
-    heads = [line for line in lines if "use_mollweide_projection" in line]
-    assert len(heads) == 2 and all("general relativity is outside" in line for line in heads)
+    heads = [line for line in lines if "participatingMedia" in line]
+    assert len(heads) == 2 and all("where space bends there are no media" in line for line in heads)
 
 
 def test_what_is_piped_is_there_at_once():

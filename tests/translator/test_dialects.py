@@ -14,6 +14,7 @@ GREY = "color 0.4 0.4 0.4\nspecular 0.4 0.4 0.4\n"
 OFF = "luminance_cutoff\n0\n"
 """The program's own cutoff wraps the integrator; scenes that ask for none have none."""
 
+MOVING = "velocity\n0 0 0.5\nspecial_relativity_effects\n1\n"
 UNIT = "OBJECT\nuvplane 0 0 0\nU 1 0 0\nV 0 1 0\n"
 
 SSS = BALL + "reflection Subsurface_Scattering\n"
@@ -205,6 +206,25 @@ def test_sss_radius():
             assert "sss-radius" in notes(translation)
 
 
+def test_hole_observer():
+    """Angles as a camera at rest sees them, or as the coordinates of the scene have them."""
+    observers = [t.scene["integrator"]["observer"] for t in both(OFF + "BLACKHOLE 0 0 0\n")]
+    assert observers == ["static", "coordinate"]
+    assert all("hole-observer" in notes(t) for t in both("BLACKHOLE 0 0 0\n"))
+
+
+def test_disk_motion(tmp_path):
+    """Red shift and Doppler shift along the ray, or Doppler shift alone from the camera's place."""
+    (tmp_path / "ring.ppm").write_bytes(b"P6\n4 4\n255\n" + bytes(range(48)))
+    disk = "OBJECT\ndisk 0 0 0 20\nnormal 0 0 1\nemission 1 1 1\ndisk_map 1\n\n"
+    hole = "BLACKHOLE 0 0 0\naccretion_disk_texture ring.ppm\n"
+    found = both(OFF + "CAMERA_POS\n0 -40 9\n" + disk + hole, asset_path=[tmp_path])
+    manual, program = (t.scene["object_5"]["emitter"]["radiance"] for t in found)
+    assert manual["motion"] == "gravity" and "seen_from" not in manual
+    assert program["motion"] == "doppler" and program["seen_from"] == [0, -40, 9]
+    assert all("disk-motion" in notes(translation) for translation in found)
+
+
 def test_every_switch_is_tested():
     """Each row of kind `switch` has a test above that is named after it."""
     switches = {row.id for row in DIFFERENCES.values() if row.kind == "switch"}
@@ -241,11 +261,17 @@ UNSWITCHED = {
     "sphere-radius-scale": BALL + "scale 2 2 2\n",
     "ward-colour": BALL + "reflection ward_brdf\nward_brdf 0.5 0.5 0.1 0.1\ncolor 1 1 1\n",
     "fog-sky": FOG + "BACKGROUND\n1 1 1\n",
+    "wormhole-start": "WORMHOLE\nin 0 0 9\nout 0 0 -9\n",
+    "wormhole-bounces": "WORMHOLE\nin 0 0 9\nout 0 0 -9\n\n" + BALL,
+    "wormhole-mirrored": "WORMHOLE\nin 0 0 9\nout 1e6 0 -9\n\n" + BALL,
+    "mollweide-order": MOVING + "use_mollweide_projection\n1\n",
+    "doppler-cosine": MOVING + "color_doppler_factor_effect\n0.5\n",
 }
 NOTED = {"camera-matrix-up", "sphere-rotation", "no-reflection-line", "roughness", "emission-units",
          "spot", "gamma", "timelimit", "medium-units", "medium-phase", "sss-simulation", "sss-base",
          "sss-gate", "chicken", "level-0", "disk-light", "lit-uvplane", "background-object",
-         "sphere-radius-scale", "ward-colour", "fog-sky"}
+         "sphere-radius-scale", "ward-colour", "fog-sky", "wormhole-start", "wormhole-bounces",
+         "wormhole-mirrored", "mollweide-order", "doppler-cosine"}
 """Rows that a line can touch without anything else to say."""
 
 

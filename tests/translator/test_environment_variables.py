@@ -8,6 +8,7 @@ from relume.translator import read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.document import Document
 from relume.translator.environment_variables import ALIASES
+from relume.translator.gravity import GRAVITY_BLOCKS
 from relume.translator.keywords import rows
 from relume.translator.objects import SceneObject
 
@@ -52,6 +53,9 @@ def test_all_variables_are_tested():
     table = {name for row in rows(Document) for name in row.environment}
     assert {name for name, *_ in CASES} == table | set(ALIASES)
     assert {name for row in rows(SceneObject) for name in row.environment} == {"USE_BSSRDF"}
+    blocks = [row for block in GRAVITY_BLOCKS.values() for row in rows(block)]
+    variables = [name for row in blocks for name in row.environment]
+    assert variables == ["BLACK_HOLE_Z", "WORM_HOLE_Z"]  # tested in test_gravity.py
 
 
 def test_the_dipole_of_every_object():

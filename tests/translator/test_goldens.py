@@ -274,8 +274,63 @@ sensor_response
 mutation
 20
 """,
-    "unsupported": HEAD + """use_mollweide_projection
+    "hole": HEAD + """velocity
+0 0 0.5
+special_relativity_effects
 1
+color_doppler_factor_effect
+0.5
+use_mollweide_projection
+1
+
+OBJECT
+sphere 3 0 0 1
+emission 1 2 3
+
+BLACKHOLE
+dist 30
+angular_momentum 0.9
+geodesics_max_length 500
+""",
+    "wormhole": HEAD + """BACKGROUND
+0.1 0.2 0.3
+
+OBJECT
+sphere 0 0 0 1
+emission 1 1 1
+
+OBJECT
+sphere 0 1e7 0 1
+emission 2 2 2
+
+WORMHOLE
+in 0 3 0
+out 0 1e7+3 0
+Rho 0.7
+a -0.25
+""",
+    "mouths": HEAD + """OBJECT
+plane 0 -1 0
+normal 0 1 0
+color 0.5 0.5 0.5
+reflection diffuse
+
+OBJECT
+sphere 0 3 0 1
+emission 1 1 1
+reflection diffuse
+
+WORMHOLE
+in 2 0 0
+out -2 0 0
+Rho 0.5
+""",
+    "unsupported": HEAD + """participatingMedia
+1
+SCATTERING
+0
+1 1 1
+
 BLACKHOLE 0 0 0
 dist 5
 """,

@@ -16,6 +16,7 @@ from relume.translator.keywords import NEXT_LINE, Keyword, below, beside, by_wor
         ({"high": 1}, "at most 1", (-5, 1), (1.001,)),
         ({"low": 0, "high": 180}, "0 to 180", (0, 180), (-1, 181)),
         ({"above": 0}, "above 0", (1e-9,), (0, -1)),
+        ({"above": -1, "under": 1}, "above -1, below 1", (-0.999, 0.999), (-1, 1)),
         ({"above": 0, "high": 179.9}, "above 0, at most 179.9", (179.9,), (0, 180)),
     ],
 )

@@ -14,7 +14,7 @@ from relume.translator import read, read_text
 from relume.translator.diagnostics import SceneError
 from relume.translator.document import MAX_SIDE, Document
 from relume.translator.forms.coefficients import Coefficients
-from relume.translator.forms.names import MaterialName, Name
+from relume.translator.forms.names import MaterialName, Name, Names
 from relume.translator.forms.numbers import Flag, Integer, Number, NumberOnEitherLine
 from relume.translator.forms.phase import MeanCosine
 from relume.translator.forms.reflections import (
@@ -62,8 +62,9 @@ def one_number(row):
         return st.integers(low, int(min(row.high, 2**40)))
     return st.floats(
         max(row.above, row.low, -MAX_NUMBER),
-        min(row.high, MAX_NUMBER),
+        min(row.high, row.under, MAX_NUMBER),
         exclude_min=row.above >= max(row.low, -MAX_NUMBER),
+        exclude_max=row.under <= min(row.high, MAX_NUMBER),
     )
 
 
@@ -75,6 +76,7 @@ def numbers(row):
 VALUES = {
     **dict.fromkeys([Number, NumberOnEitherLine, Integer, Flag, Coefficients, MeanCosine], numbers),
     Name: lambda row: NAME,
+    Names: lambda row: st.lists(NAME, max_size=3),
     MaterialName: lambda row: st.sampled_from(sorted(MATERIALS)),
     Variables: lambda row: VARIABLES,
     TransformBlock: lambda row: st.lists(transforms(), max_size=3),
@@ -154,7 +156,8 @@ def objects(draw):
 def gravity(draw):
     """A block outside the manual."""
     block = draw(filled(draw(st.sampled_from([BlackHole, WormHole]))))
-    block.position = draw(st.none() | st.tuples(NUMBER, NUMBER, NUMBER))
+    if isinstance(block, BlackHole):
+        block.position = draw(st.none() | st.tuples(NUMBER, NUMBER, NUMBER))
     return block
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from relume.translator.cursor import Cursor
 from relume.translator.expressions import clip
 from relume.translator.forms.base import LineForm
 from relume.translator.keywords import Keyword
@@ -28,6 +29,25 @@ class Name(LineForm):
 
     def from_environment(self, row: Keyword, values: ValueReader, before: Any, index: int) -> str:
         return values.text
+
+
+class Names(Name):
+    """Names, one on each line that has the keyword: a list, in the order of the file."""
+
+    def read(self, row: Keyword, cursor: Cursor, word: str, target: Any) -> None:
+        name = self.value(row, cursor.beside())
+        report = cursor.report(word)
+        getattr(target, row.field).append(name)
+        target.lines.reports.setdefault(row.field, []).append(report)
+
+    def lines(self, row: Keyword, value: Any) -> list[str]:
+        return [f"{row.name} {self.text(name)}" for name in value]
+
+    def noun(self, row: Keyword) -> str:
+        return "name, on each of several lines"
+
+    def default_text(self, row: Keyword) -> str:
+        return ""
 
 
 class MaterialName(Name):
@@ -59,4 +79,5 @@ def name_text(name: str) -> str:
 
 
 NAME = Name()
+NAMES = Names()
 MATERIAL_NAME = MaterialName()
