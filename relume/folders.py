@@ -31,6 +31,7 @@ from relume.rendering import (
     render_scene,
 )
 from relume.session import CannotRender
+from relume.tone import AS_IT_IS
 from relume.translator.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -199,8 +200,9 @@ def rendered(
         # There is nothing to go on with where the picture is missing, or that of another render.
         if passes.resume and not passes_of(picture).exists():
             passes = dataclasses.replace(passes, resume=False)
+        linear = dataclasses.replace(wishes, look=AS_IT_IS)
         found = render_scene(
-            scene, options, out=picture, passes=passes, picture=wishes, console=console, **settings
+            scene, options, out=picture, passes=passes, picture=linear, console=console, **settings
         )
         show(folder, name, wishes)
     except READABLE as error:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from relume.translator import curved_space, files_read
+from relume.translator import curved_space, files_read, mesh_stand_ins
 from relume.translator.diagnostics import LineReports, Problem
 from relume.translator.document import Document
 from relume.translator.expressions import clip
@@ -69,8 +69,14 @@ class Assets:
     def _stand_in(self, document: Document, workshop: Workshop) -> None:
         """Put stand-ins in the place of missing files, and say so at the lines that name them."""
         reports = {report.line: report for report in document.lines.all}
+        meshes = [block for block in document.objects if isinstance(block.shape, MeshFile)]
+        blocks = {block.shape.file: block for block in meshes if isinstance(block.shape, MeshFile)}
         for line, _, name, field in self.named:
-            made = workshop.make(field) if self.found[name] is None else None
+            made = None
+            if self.found[name] is None and field == "objfile":
+                made = workshop.make_mesh(*mesh_stand_ins.stand_in(document, blocks[name], name))
+            elif self.found[name] is None:
+                made = workshop.make(field)
             if made is not None:
                 self.found[name], self.stand_ins[name] = made
             if name in self.stand_ins and line in reports:
@@ -94,8 +100,10 @@ class Assets:
         """The places that were looked in, and what can be done about it, for messages."""
         places = ["the working directory", "the folder of the scene"]
         looked = ", ".join(places + [str(folder) for folder in self.folders])
-        kind = STAND_INS.get(field)
-        instead = f", --stand-ins shows {kind.what} instead" if kind is not None else ""
+        what = "a block or a hall" if field == "objfile" else ""
+        if (kind := STAND_INS.get(field)) is not None:
+            what = kind.what
+        instead = f", --stand-ins shows {what} instead" if what else ""
         return f"looked in {looked}; --asset-path DIR looks below DIR, too{instead}"
 
     def find(self, name: str) -> Path | None:

@@ -94,6 +94,7 @@ class Workshop:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._made: dict[StandIn, Path] = {}
+        self._meshes = 0
 
     def make(self, field: str) -> tuple[Path, str] | None:
         """The file that stands in for that of a keyword, and what it is; None if nothing does."""
@@ -105,3 +106,10 @@ class Workshop:
             kind.make(path)
             self._made[kind] = path
         return self._made[kind], kind.what
+
+    def make_mesh(self, what: str, make: Callable[[Path], None]) -> tuple[Path, str]:
+        """The file that stands in for a mesh: each has its own; and what it is, in words."""
+        self._meshes += 1
+        path = self.folder / f"stand-in-mesh-{self._meshes}.obj"
+        make(path)
+        return path, what

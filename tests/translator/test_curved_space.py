@@ -159,7 +159,7 @@ def test_numbers_of_disks(pictures):
 
 
 def test_what_a_disk_is_told(pictures):
-    """Place and spin of the hole, its own size and normal, the share of the shift, a temperature."""
+    """Place and spin of the hole, its size and normal, the share of the shift, a temperature."""
     text = (
         "color_doppler_factor_effect\n0.25\nuse_accretion_disk_temperature\n1\n"
         + DISK.replace("disk 0 0 0 20", "disk2 1 2 3 10 4") + "scale 2 2 2\n\n"
