@@ -243,7 +243,8 @@ def test_numbers_are_said_without_exponents(ratio, said):
 
 
 def test_what_is_not_rendered_as_written_is_said(room, here, console):
-    path = room("BLACKHOLE 0 0 0\n\nparticipatingMedia\n1", objects="OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n")
+    ring = "OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n"
+    path = room("BLACKHOLE 0 0 0\n\nparticipatingMedia\n1", objects=ring)
     render_file(path, out="a.png", console=console)
     text = console.export_text()
     assert re.search(r"unsupported line \d+, participatingMedia: ", text)
