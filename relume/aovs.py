@@ -112,7 +112,15 @@ def object_names(scene: Scene) -> list[str]:
 
 
 @dr.syntax
-def mean_surface(scene, sensor, sampler, corner, u, size, follow):
+def mean_surface(
+    scene: mi.Scene,
+    sensor: mi.Sensor,
+    sampler: mi.Sampler,
+    corner: mi.Point2f,
+    u: mi.Point2f,
+    size: mi.Vector2f,
+    follow: bool,
+) -> list[mi.Float]:
     """Albedo, up to 1, and normal of one sample of each pixel: six `mi.Float`.
 
     Args:
@@ -156,7 +164,14 @@ def mean_surface(scene, sensor, sampler, corner, u, size, follow):
     return [*color, *normal]
 
 
-def middle_surface(scene, sensor, _sampler, corner, _u, size):
+def middle_surface(
+    scene: mi.Scene,
+    sensor: mi.Sensor,
+    _sampler: mi.Sampler,
+    corner: mi.Point2f,
+    _u: mi.Point2f,
+    size: mi.Vector2f,
+) -> list[mi.Float]:
     """Depth, position and registry number of the shape at the middle of each pixel: five values."""
     ray, _ = sensor.sample_ray(0.0, 0.5, (corner + 0.5) / size, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)

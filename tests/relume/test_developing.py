@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import developing, metadata, output
+from relume import developing, layer_names, metadata, output
 from relume.cli import main
 from relume.tone import Look
 
@@ -52,9 +52,9 @@ def test_luminance_alone_is_grey(tmp_path, planes):
 
 def test_layers_are_found_by_other_programs_names(tmp_path, planes):
     names = [f"ViewLayer.Denoising Albedo.{c}" for c in "RGB"]
-    found = developing.layer(dict(zip(names, planes, strict=False)), "denoising_albedo")
+    found = layer_names.layer(dict(zip(names, planes, strict=False)), "denoising_albedo")
     assert np.array_equal(found, np.stack(planes[:3], axis=-1))
-    assert developing.layer({"albedo.R": planes[0]}, "albedo") is None
+    assert layer_names.layer({"albedo.R": planes[0]}, "albedo") is None
 
 
 def test_a_render_is_developed_as_it_was_rendered(room, tmp_path, monkeypatch):
