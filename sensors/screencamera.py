@@ -68,10 +68,10 @@ def define() -> type[mi.Sensor]:
     class ScreenCamera(mi.Sensor):
         def __init__(self, props):
             mi.Sensor.__init__(self, props)
-            self.width = mi.Float(number(props, "width", None, RANGES["width"]))
-            self.height = mi.Float(number(props, "height", None, RANGES["height"]))
-            self.aperture_radius = mi.Float(number(props, "aperture_radius", 0.0, RANGES["aperture_radius"]))
-            self.focus_distance = mi.Float(number(props, "focus_distance", 1.0, RANGES["focus_distance"]))
+            self.width = mi.Float(number(props, "width", None, POSITIVE))
+            self.height = mi.Float(number(props, "height", None, POSITIVE))
+            self.aperture_radius = mi.Float(number(props, "aperture_radius", 0.0, NOT_NEGATIVE))
+            self.focus_distance = mi.Float(number(props, "focus_distance", 1.0, POSITIVE))
             self.m_needs_sample_2 = True
             self.parameters_changed([])
 
