@@ -10,7 +10,7 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis
+        study-scaling study-metropolis study-curved-space
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -67,6 +67,10 @@ study-lights: setup
 study-subsurface: setup
 	$(STUDY) subsurface --figure docs/subsurface/profiles.png
 	$(STUDY) subsurface-spheres
+
+study-curved-space: setup
+	$(STUDY) curved-space --figure docs/curved-space/closed-forms.png \
+	    --picture docs/curved-space/disk.png
 
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup

@@ -3,7 +3,9 @@
 from relume.registration import register_plugins
 
 PLUGINS = (
+    "curvedspace",
     "dipole",
+    "dopplershift",
     "erpt",
     "pssmlt",
     "samplescale",

@@ -2,7 +2,7 @@
 
 from relume.registration import register_plugins
 
-PLUGINS = ("screencamera",)
+PLUGINS = ("relativisticcamera", "screencamera")
 """Ids of the plugins; each has a module of its name."""
 
 register_plugins("sensor", __name__, PLUGINS)

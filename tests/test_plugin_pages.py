@@ -81,7 +81,8 @@ def read_by(node):
     if isinstance(node, ast.Subscript) and is_props(node.value):
         return strings([node.slice])
     if isinstance(node, ast.Attribute) and not is_props(node.value):
-        return {BY_BASE_CLASS[node.attr]} if node.attr in BY_BASE_CLASS else set()
+        own = isinstance(node.value, ast.Name) and node.attr in BY_BASE_CLASS
+        return {BY_BASE_CLASS[node.attr]} if own else set()
     if not isinstance(node, ast.Call):
         return set()
     if isinstance(node.func, ast.Attribute) and is_props(node.func.value):

@@ -2,7 +2,7 @@
 
 from relume.registration import register_plugins
 
-PLUGINS = ("spheremap",)
+PLUGINS = ("accretiondisk", "spheremap")
 """Ids of the plugins; each has a module of its name."""
 
 register_plugins("texture", __name__, PLUGINS)
