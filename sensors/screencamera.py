@@ -62,16 +62,41 @@ RANGES = {
 }
 
 
+def window_of(film: mi.Film) -> tuple[mi.Vector2f, mi.Point2f]:
+    """Size and corner of a film's crop window, as shares of the film."""
+    size, crop = (np.array(x, float) for x in (film.size(), film.crop_size()))
+    corner = np.array(film.crop_offset(), float) / size
+    return mi.Vector2f(*(crop / size).tolist()), mi.Point2f(*corner.tolist())
+
+
+def through_lens(
+    o: mi.Point3f, d: mi.Vector3f, radius: mi.Float, focus_distance: mi.Float, sample: mi.Point2f
+) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Origin and direction of a ray through a sampled point of the lens.
+
+    Args:
+        o: centre of the lens.
+        d: direction of the ray through it.
+        radius: of the lens.
+        focus_distance: along the world's Z axis.
+        sample: uniform variates.
+    """
+    disk = mi.warp.square_to_uniform_disk_concentric(sample)
+    offset = mi.Vector3f(disk.x, disk.y, 0) * radius
+    # To o + d f / |d_z|, without numbers beyond single precision for d_z = 0.
+    return o + offset, dr.normalize(d - offset * (dr.abs(d.z) / focus_distance))
+
+
 def define() -> type[mi.Sensor]:
     """Return the plugin's class for the variant in use."""
 
     class ScreenCamera(mi.Sensor):
         def __init__(self, props):
             mi.Sensor.__init__(self, props)
-            self.width = mi.Float(number(props, "width", None))
-            self.height = mi.Float(number(props, "height", None))
-            self.aperture_radius = mi.Float(number(props, "aperture_radius", 0.0))
-            self.focus_distance = mi.Float(number(props, "focus_distance", 1.0))
+            self.width = mi.Float(number(props, "width", None, POSITIVE))
+            self.height = mi.Float(number(props, "height", None, POSITIVE))
+            self.aperture_radius = mi.Float(number(props, "aperture_radius", 0.0, NOT_NEGATIVE))
+            self.focus_distance = mi.Float(number(props, "focus_distance", 1.0, POSITIVE))
             self.m_needs_sample_2 = True
             self.parameters_changed([])
 
@@ -84,10 +109,7 @@ def define() -> type[mi.Sensor]:
             check(self, RANGES, keys)
             self.has_lens = plain(self.aperture_radius) > 0
             self.m_needs_sample_3 = self.has_lens
-            film = self.film()
-            size, crop = (np.array(x, float) for x in (film.size(), film.crop_size()))
-            self.window = mi.Vector2f(*(crop / size).tolist())
-            self.corner = mi.Point2f(*(np.array(film.crop_offset(), float) / size).tolist())
+            self.window, self.corner = window_of(self.film())
             dr.make_opaque(
                 self.width, self.height, self.aperture_radius, self.focus_distance,
                 self.window, self.corner,
@@ -104,11 +126,9 @@ def define() -> type[mi.Sensor]:
             o = to_world.translation()
             d = dr.normalize(to_world @ local)
             if self.has_lens:
-                disk = mi.warp.square_to_uniform_disk_concentric(aperture_sample)
-                offset = mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
-                o += offset
-                # To c + d f / |d_z|, without numbers beyond single precision for d_z = 0.
-                d = dr.normalize(d - offset * (dr.abs(d.z) / self.focus_distance))
+                o, d = through_lens(
+                    o, d, self.aperture_radius, self.focus_distance, aperture_sample
+                )
             return mi.Ray3f(o, d, time, wavelengths), weight
 
         def sample_ray_differential(

@@ -117,13 +117,11 @@ def sensor(document: Document, dialect: str = "manual") -> Entry:
     square = math.isclose(
         seen.width * document.image[1], seen.height * document.image[0], rel_tol=1e-9
     )
+    result: Entry
     along_z = math.hypot(*seen.direction[:2]) <= AXIS_TOLERANCE
-    screen: Entry = {
-        "width": seen.width,
-        "height": seen.height,
-        "aperture_radius": max(radius, 0.0),
-        "focus_distance": abs(focus),
-    }
+    screen: Entry = {"width": seen.width, "height": seen.height}
+    if radius > 0:
+        screen |= {"aperture_radius": radius, "focus_distance": abs(focus)}
     moving = velocity(document)
     if moving is not None or document.use_mollweide_projection:
         projection = "mollweide" if document.use_mollweide_projection else "screen"

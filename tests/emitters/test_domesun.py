@@ -116,7 +116,7 @@ def test_spectral_variant_and_box(spot_meter):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"direction": [0, 0, 0]}, "the direction of the light must be a finite vector"),
+        ({"direction": [0, 0, 0]}, "direction must be a finite vector that is not zero"),
         ({"radius": 0.0}, "radius is 0.0, but must be above 0"),
         ({"radius": float("nan")}, "radius is nan, but must be above 0"),
     ],

@@ -19,7 +19,7 @@ def offered(line):
     "line, some",
     [
         ("render --integrator v", {"volpath", "volpathmis"}),
-        ("render --integrator dis", {"dispersivepath"}),
+        ("render --integrator sur", {"surfacepath"}),
         ("render --variant llvm_ad_r", {"llvm_ad_rgb"}),
         ("compare --with pss", {"pssmlt"}),
         ("chart --method dip", {"dipole", "dipole-normalized"}),

@@ -168,7 +168,7 @@ def test_a_browser_shows_the_render(page):
         canvas = "document.querySelector('#frame canvas').getBoundingClientRect()"
         left, top, width = (tab.value(f"{canvas}.{name}") for name in ("left", "top", "width"))
         wide = tab.value("document.getElementById('frame').clientWidth")
-        assert width > 0.7 * wide, "the picture fills the page"
+        assert width > 0.6 * wide, "the picture fills the page"
         step = width / WIDTH
         tab.mouse("Moved", left + 5.5 * step, top + 2.5 * step)
         assert tab.value(text.format("readout")) == "(5, 2)  5  1  0.25"
