@@ -185,7 +185,7 @@ def reference_row(scene, pictures):
             ours = at_sample_points(each, size, scene.parent)
             shares.append(f"{(np.abs(ours - theirs).max(axis=2) < EQUAL).mean():.2%}")
         else:
-            ours = relume.render(each, size=size, spp=256, dialect="prender")
+            ours = relume.render(each, size=size, spp=32, dialect="prender")
     means = [" ".join(f"{x:.3f}" for x in image.mean(axis=(0, 1))) for image in (theirs, ours)]
     return (scene.stem, *means, ", ".join(shares) or "noisy")
 
@@ -214,7 +214,7 @@ def page(rows, tiles, spp):
         "# Scenes with holes",
         "",
         "Files of the original renderer with black holes and wormholes, rendered by relume at",
-        f"{SIZE[0]}x{SIZE[1]}, {spp} samples a pixel; pictures that are not at hand have stand-ins.",
+        f"{SIZE[0]}x{SIZE[1]}, {spp} samples a pixel, with stand-ins for missing pictures.",
         "",
         "    make study-gravity CORPUS=folder REFERENCES=folder",
         "",
@@ -228,8 +228,8 @@ def page(rows, tiles, spp):
         "",
         "Pictures of the original program against ours in dialect `prender`, at its own sample",
         f"points. Equal are pixels whose channels differ by less than {EQUAL}. Of wormholes the",
-        "second figure is with the camera where the program has it by mistake: nearer by the length",
-        "of the throat (row `wormhole-start`).",
+        "second figure is with the camera where the program has it by mistake: nearer by the",
+        "length of the throat (row `wormhole-start`).",
         "",
         "| picture | mean, the original | mean, relume | equal |",
         "|---|---|---|---|",

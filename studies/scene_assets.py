@@ -136,7 +136,8 @@ def ring():
     alpha = np.clip(fades * (0.1 + 2 * value), 0, 1)
     warm = np.array([1.0, 0.72, 0.42]) * value[..., None] ** np.array([0.8, 1.0, 1.3])
     pixels = np.concatenate([np.clip(warm, 0, 1), alpha[..., None]], axis=2)
-    Image.fromarray(np.round(255 * pixels).astype(np.uint8)).save(FOLDER / "ring.png", optimize=True)
+    stored = np.round(255 * pixels).astype(np.uint8)
+    Image.fromarray(stored).save(FOLDER / "ring.png", optimize=True)
 
 
 if __name__ == "__main__":

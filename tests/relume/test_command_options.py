@@ -34,7 +34,8 @@ def test_values_and_what_is_particular_to_a_command(tmp_path):
     folders = ["--asset-path", str(tmp_path), "--asset-path", "."]
     got, _ = invoke(decorators, "--size", "64X48", "--spp", "3", "--dialect", "prender", *folders)
     assert got == {
-        "size": (64, 48), "spp": 3, "dialect": "prender", "asset_path": (str(tmp_path), ".")
+        "size": (64, 48), "spp": 3, "dialect": "prender", "asset_path": (str(tmp_path), "."),
+        "stand_ins": False,
     }  # fmt: skip
     _, result = invoke(decorators, "--help")
     assert "Of both." in result.output and "Size of the picture" not in result.output
