@@ -69,7 +69,8 @@ study-subsurface: setup
 	$(STUDY) subsurface-spheres
 
 study-curved-space: setup
-	$(STUDY) curved-space --figure docs/curved-space/closed-forms.png
+	$(STUDY) curved-space --figure docs/curved-space/closed-forms.png \
+	    --picture docs/curved-space/disk.png
 
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup

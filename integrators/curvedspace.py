@@ -131,6 +131,10 @@ from relume.integrators.common import NO_LIMIT, nested_integrator
 from relume.integrators.metrics import metric_of
 from relume.integrators.metrics.metric import REST, Geodesic
 from relume.integrators.seethrough import Surfaces
+from relume.parameters import Range, whole
+
+OF_METRICS = ("center", "mass", "spin", "observer", "mouth_in", "mouth_out", "rho", "a", "W")
+"""Parameters that metrics read."""
 
 SHORTEST = 1e-9
 """Step below which a geodesic cannot be followed."""
@@ -185,8 +189,8 @@ def define() -> type[mi.SamplingIntegrator]:
             if type(self.nested).__name__ != "SurfacePath":
                 raise ValueError("curvedspace takes a nested surfacepath")
             self.metric = metric_of(props)
-            most = props.get("geodesics_max_length", 10000)
-            if most < 1 and most != -1:
+            most = whole(props, "geodesics_max_length", 10000, Range(-1))
+            if most == 0:
                 raise ValueError(f"geodesics_max_length is {most}, but must be 1 or more, or -1")
             self.max_steps = mi.UInt32(NO_LIMIT if most == -1 else most)
             self.skies = [props.get("sky", None)]
@@ -194,9 +198,7 @@ def define() -> type[mi.SamplingIntegrator]:
             if self.metric.sides == 2:
                 self.skies.append(props.get("sky2", None))
                 self.other = props.get("other", None)
-                self.start_side = props.get("start_side", 1)
-            if self.start_side not in (1, 2):
-                raise ValueError(f"start_side is {self.start_side}, but must be 1 or 2")
+                self.start_side = whole(props, "start_side", 1, Range(1, 2))
             self.count = dr.zeros(mi.UInt32, 1)
             dr.make_opaque(self.max_steps, self.count)
 
@@ -409,6 +411,10 @@ def define() -> type[mi.SamplingIntegrator]:
             return L
 
         def to_string(self):
-            return f"CurvedSpace[metric={type(self.metric).__name__}, nested={self.nested}]"
+            parts = {"metric": type(self.metric).__name__, "nested": self.nested}
+            parts |= {name: getattr(self.metric, name, None) for name in OF_METRICS}
+            parts |= {"geodesics_max_length": self.max_steps, "start_side": self.start_side}
+            parts |= {"sky": self.skies[0], "sky2": self.skies[-1], "other": self.other}
+            return f"CurvedSpace[{', '.join(f'{name}={part}' for name, part in parts.items())}]"
 
     return CurvedSpace

@@ -51,7 +51,10 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.common import nested_integrator
-from relume.sensors.doppler import doppler_factor, shifted, velocity_of
+from relume.parameters import Range, check, expose, number, vector
+from relume.sensors.doppler import check_velocity, doppler_factor, shifted
+
+SHARE = Range(0, 1)
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -61,11 +64,13 @@ def define() -> type[mi.SamplingIntegrator]:
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
-            self.velocity = velocity_of(props)
-            share = props.get("share", 1.0)
-            if not 0 <= share <= 1:
-                raise ValueError(f"share is {share}, but must be in [0, 1]")
-            self.share = mi.Float(share)
+            self.velocity = mi.Vector3f(*vector(props, "velocity", (0, 0, 0)).tolist())
+            self.share = mi.Float(number(props, "share", 1.0))
+            self.parameters_changed([])
+
+        def parameters_changed(self, keys):
+            check_velocity(self.velocity)
+            check(self, {"share": SHARE}, keys)
             dr.make_opaque(self.velocity, self.share)
 
         def aov_names(self):
@@ -73,8 +78,7 @@ def define() -> type[mi.SamplingIntegrator]:
 
         def traverse(self, cb):
             cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
-            cb.put("velocity", self.velocity, mi.ParamFlags.NonDifferentiable)
-            cb.put("share", self.share, mi.ParamFlags.NonDifferentiable)
+            expose(self, cb, ("velocity", "share"))
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
             D = doppler_factor(ray.d, self.velocity)
@@ -88,6 +92,8 @@ def define() -> type[mi.SamplingIntegrator]:
             return L, valid, aovs
 
         def to_string(self):
-            return f"DopplerShift[velocity={self.velocity}, nested={self.nested}]"
+            return (
+                f"DopplerShift[velocity={self.velocity}, share={self.share}, nested={self.nested}]"
+            )
 
     return DopplerShift

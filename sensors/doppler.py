@@ -18,16 +18,15 @@ VISIBLE = (380.0, 750.0)
 FADE = 50.0
 
 
-def velocity_of(props: mi.Properties) -> mi.Vector3f:
-    """Read the parameter ``velocity`` of an observer, in units of the speed of light.
+def check_velocity(velocity: mi.Vector3f) -> None:
+    """Check the velocity of an observer, in units of the speed of light.
 
     Raises:
         ValueError: it is not below 1.
     """
-    velocity = np.array(props.get("velocity", mi.ScalarVector3d(0.0)), np.float64).reshape(3)
-    if not np.linalg.norm(velocity) < 1:
-        raise ValueError(f"velocity is {velocity.tolist()}, but its length must be below 1")
-    return mi.Vector3f(*velocity.tolist())
+    found = np.array(velocity, np.float64).ravel()
+    if not np.linalg.norm(found) < 1:
+        raise ValueError(f"velocity is {found.tolist()}, but its length must be below 1")
 
 
 def lorentz_factor(velocity: mi.Vector3f) -> mi.Float:

@@ -29,7 +29,8 @@ r"""Moving camera, or one that sees the whole sphere (``relativisticcamera``)
      - transform
      - Rigid; the camera looks along +Z with +Y up and +X to the left. Default: none.
 
-Film, sampler and medium are nested in it as in the stock sensors.
+Film, sampler and medium are nested in it as in the stock sensors; of a film with a crop window only
+that part is seen.
 
 The projection gives the direction d in which the camera looks, in its own frame. In that of the
 world, in which it moves with the velocity v,
@@ -68,7 +69,9 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.sensors.doppler import aberrated, velocity_of
+from relume.parameters import NOT_NEGATIVE, POSITIVE, choice, expose, number, vector
+from relume.sensors.doppler import aberrated, check_velocity
+from relume.sensors.screencamera import through_lens, window_of
 
 
 def mollweide(position: mi.Point2f) -> tuple[mi.Vector3f, mi.Bool]:
@@ -95,22 +98,30 @@ def define() -> type[mi.Sensor]:
     class RelativisticCamera(mi.Sensor):
         def __init__(self, props):
             mi.Sensor.__init__(self, props)
-            self.projection = props.get("projection", "screen")
-            if self.projection not in ("screen", "mollweide"):
-                raise ValueError(f"projection is {self.projection!r}, expected screen or mollweide")
-            self.velocity = velocity_of(props)
-            self.aperture_radius = mi.Float(props.get("aperture_radius", 0.0))
-            self.focus_distance = mi.Float(props.get("focus_distance", 1.0))
-            self.has_lens = props.get("aperture_radius", 0.0) > 0
-            width, height = props.get("width", 1.0), props.get("height", 1.0)
-            self.size = mi.Vector2f(width, height)
+            self.projection = choice(props, "projection", ("screen", "mollweide"))
+            self.velocity = mi.Vector3f(*vector(props, "velocity", (0, 0, 0)).tolist())
+            radius = number(props, "aperture_radius", 0.0, NOT_NEGATIVE)
+            self.aperture_radius = mi.Float(radius)
+            self.focus_distance = mi.Float(number(props, "focus_distance", 1.0))
+            self.width = number(props, "width", 1.0, POSITIVE)
+            self.height = number(props, "height", 1.0, POSITIVE)
+            self.size = mi.Vector2f(self.width, self.height)
             self.m_needs_sample_2 = True
-            self.m_needs_sample_3 = self.has_lens
-            dr.make_opaque(self.velocity, self.size, self.aperture_radius, self.focus_distance)
+            self.m_needs_sample_3 = self.has_lens = radius > 0
+            self.parameters_changed([])
+
+        def parameters_changed(self, keys):
+            mi.Sensor.parameters_changed(self, keys)
+            check_velocity(self.velocity)
+            self.window, self.corner = window_of(self.film())
+            dr.make_opaque(
+                self.velocity, self.size, self.aperture_radius, self.focus_distance,
+                self.window, self.corner,
+            )  # fmt: skip
 
         def traverse(self, cb):
             mi.Sensor.traverse(self, cb)
-            cb.put("velocity", self.velocity, mi.ParamFlags.NonDifferentiable)
+            expose(self, cb, ("velocity",))
 
         def local(self, position):
             """Direction at a film position in the camera's axes, and whether there is one."""
@@ -124,15 +135,14 @@ def define() -> type[mi.Sensor]:
         ):
             si = dr.zeros(mi.SurfaceInteraction3f)
             wavelengths, weight = self.sample_wavelengths(si, wavelength_sample, active)
-            local, inside = self.local(position_sample)
+            local, inside = self.local(dr.fma(position_sample, self.window, self.corner))
             to_world = self.world_transform()
             o = to_world.translation()
             d = dr.normalize(to_world @ local)
             if self.has_lens:
-                focus = o + d * (self.focus_distance / dr.abs(d.z))
-                disk = mi.warp.square_to_uniform_disk_concentric(aperture_sample)
-                o += mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
-                d = dr.normalize(focus - o)
+                o, d = through_lens(
+                    o, d, self.aperture_radius, self.focus_distance, aperture_sample
+                )
             d = aberrated(d, self.velocity)
             return mi.Ray3f(o, d, time, wavelengths), dr.select(inside, weight, 0)
 
@@ -149,6 +159,11 @@ def define() -> type[mi.Sensor]:
             return mi.ScalarBoundingBox3f([dr.slice(x) for x in origin])
 
         def to_string(self):
-            return f"RelativisticCamera[projection={self.projection}, velocity={self.velocity}]"
+            return (
+                f"RelativisticCamera[projection={self.projection}, velocity={self.velocity}, "
+                f"width={self.width}, height={self.height}, "
+                f"aperture_radius={self.aperture_radius}, focus_distance={self.focus_distance}, "
+                f"to_world={self.world_transform()}, {self.film()}]"
+            )
 
     return RelativisticCamera

@@ -61,6 +61,32 @@ RANGES = {
     "focus_distance": ANY,
 }
 
+
+def window_of(film: mi.Film) -> tuple[mi.Vector2f, mi.Point2f]:
+    """Size and corner of a film's crop window, as shares of the film."""
+    size, crop = (np.array(x, float) for x in (film.size(), film.crop_size()))
+    corner = np.array(film.crop_offset(), float) / size
+    return mi.Vector2f(*(crop / size).tolist()), mi.Point2f(*corner.tolist())
+
+
+def through_lens(
+    o: mi.Point3f, d: mi.Vector3f, radius: mi.Float, focus_distance: mi.Float, sample: mi.Point2f
+) -> tuple[mi.Point3f, mi.Vector3f]:
+    """Origin and direction of a ray through a sampled point of the lens.
+
+    Args:
+        o: centre of the lens.
+        d: direction of the ray through it.
+        radius: of the lens.
+        focus_distance: along the world's Z axis.
+        sample: uniform variates.
+    """
+    focus = o + d * (focus_distance / dr.abs(d.z))
+    disk = mi.warp.square_to_uniform_disk_concentric(sample)
+    o = o + mi.Vector3f(disk.x, disk.y, 0) * radius
+    return o, dr.normalize(focus - o)
+
+
 def define() -> type[mi.Sensor]:
     """Return the plugin's class for the variant in use."""
 
@@ -83,10 +109,7 @@ def define() -> type[mi.Sensor]:
             check(self, RANGES, keys)
             self.has_lens = plain(self.aperture_radius) > 0
             self.m_needs_sample_3 = self.has_lens
-            film = self.film()
-            size, crop = (np.array(x, float) for x in (film.size(), film.crop_size()))
-            self.window = mi.Vector2f(*(crop / size).tolist())
-            self.corner = mi.Point2f(*(np.array(film.crop_offset(), float) / size).tolist())
+            self.window, self.corner = window_of(self.film())
             dr.make_opaque(
                 self.width, self.height, self.aperture_radius, self.focus_distance,
                 self.window, self.corner,
@@ -103,10 +126,9 @@ def define() -> type[mi.Sensor]:
             o = to_world.translation()
             d = dr.normalize(to_world @ local)
             if self.has_lens:
-                focus = o + d * (self.focus_distance / dr.abs(d.z))
-                disk = mi.warp.square_to_uniform_disk_concentric(aperture_sample)
-                o += mi.Vector3f(disk.x, disk.y, 0) * self.aperture_radius
-                d = dr.normalize(focus - o)
+                o, d = through_lens(
+                    o, d, self.aperture_radius, self.focus_distance, aperture_sample
+                )
             return mi.Ray3f(o, d, time, wavelengths), weight
 
         def sample_ray_differential(

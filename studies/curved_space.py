@@ -1,12 +1,16 @@
 """Light in curved space against closed forms; prints the largest errors, draws them with --figure.
 
-    python -m studies curved-space [--figure FILE]
+    python -m studies curved-space [--figure FILE] [--picture FILE]
 
 - deflection by a black hole, against elliptic integrals;
 - the size of its shadow to two kinds of observers;
 - the outline of the shadow of a hole that spins;
 - the angle that rays sweep at wormholes, against quadrature.
+
+The picture is that of a disk of gas, of which all is made here.
 """
+
+from __future__ import annotations
 
 import argparse
 import itertools
@@ -16,6 +20,12 @@ import mitsuba as mi
 import numpy as np
 from scipy.integrate import quad
 
+from relume import (
+    bsdfs,  # noqa: F401  registers the plugins
+    emitters,  # noqa: F401
+    integrators,  # noqa: F401
+    textures,  # noqa: F401
+)
 from tests.integrators.metrics.geodesics import (
     CRITICAL,
     angle_of,
@@ -39,6 +49,7 @@ WORMHOLES = {"a = 0.5, W = 0.05": (0.5, 0.05), "a = 0.005, W = 0.05": (0.005, 0.
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--figure", metavar="FILE", type=Path, help="PNG of the four comparisons")
+    parser.add_argument("--picture", metavar="FILE", type=Path, help="PNG of a disk around a hole")
 
 
 def start(n: int, distance: float = FAR) -> np.ndarray:
@@ -149,8 +160,43 @@ def run(options: argparse.Namespace) -> None:
         print(f"| outline of the shadow, a = {a:g} | {distance.max():.1e} M |")
     for name, (_, measured, exact) in through.items():
         print(f"| angle swept by wormholes, {name} | {np.abs(measured - exact).max():.1e} rad |")
+    if options.picture:
+        pixels = mi.render(disk_around_a_hole(), spp=64)
+        mi.util.write_bitmap(str(options.picture), pixels, write_async=False)
     if options.figure:
         draw(options.figure, bent, seen, outlines, through)
+
+
+def disk_around_a_hole(width: int = 480) -> mi.Scene:
+    """A disk of rings, seen by an observer at rest from a little above it, before 3000 stars."""
+    y, x = np.mgrid[-1:1:512j, -1:1:512j]
+    r, angle = np.hypot(x, y), np.arctan2(y, x)
+    rings = 0.55 + 0.25 * np.sin(40 * r + 2 * np.sin(3 * angle)) + 0.2 * np.sin(90 * r + 2 * angle)
+    gas = 1.7 * np.clip(rings, 0, 1) * np.clip((1 - r) / 0.15, 0, 1) * np.clip(r / 0.02, 0, 1)
+    stars, rng = np.zeros((512, 1024, 3), np.float32), np.random.default_rng(1)
+    stars.reshape(-1, 3)[rng.integers(0, 512 * 1024, 3000)] = 3 * rng.random((3000, 1))
+    picture = mi.Bitmap(np.repeat(gas[..., None], 3, axis=-1).astype(np.float32))
+    disk = {
+        "type": "accretiondisk",
+        "spin": 0.7,
+        "outer_radius": 40.0,
+        "temperature": 4500.0,
+        "picture": {"type": "bitmap", "bitmap": picture, "raw": True, "wrap_mode": "clamp"},
+    }
+    T = mi.ScalarTransform4f
+    return mi.load_dict({
+        "type": "scene",
+        "integrator": {"type": "curvedspace", "metric": "kerr", "spin": 0.7, "observer": "static",
+                       "nested": {"type": "surfacepath", "max_depth": 2}},
+        "sky": {"type": "envmap", "bitmap": mi.Bitmap(stars)},
+        "disk": {"type": "disk", "to_world": T().scale(40),
+                 "bsdf": {"type": "mask", "opacity": disk | {"quantity": "opacity"},
+                          "nested": {"type": "diffuse", "reflectance": 0.0}},
+                 "emitter": {"type": "twosidedarea", "radiance": disk | {"scale": 2.5}}},
+        "sensor": {"type": "perspective", "fov": 42,
+                   "to_world": T().look_at([60, 0, 7], [0, 0, 0], [0, 0, 1]),
+                   "film": {"type": "hdrfilm", "width": width, "height": width * 9 // 16}},
+    })  # fmt: skip
 
 
 def draw(path: Path, bent, seen, outlines, through) -> None:

@@ -96,8 +96,8 @@ RENDERING = [
         "response 2 % too high", "return L * self.response,", "return 1.02 * L * self.response,"
     ),
     camera("picture 2 % too wide", "(0.5 - p) * self.width", "(0.5 - p) * 1.02 * self.width"),
-    camera("focus 2 % too far", "(self.focus_distance / dr", "(1.02 * self.focus_distance / dr"),
-    camera("lens 2 % too large", "0) * self.aperture_radius", "0) * 1.02 * self.aperture_radius"),
+    camera("focus 2 % too far", "(focus_distance / dr", "(1.02 * focus_distance / dr"),
+    camera("lens 2 % too large", "0) * radius", "0) * 1.02 * radius"),
     session(
         "sum of a pass 2 % too high",
         "samples = [*color, *(color * color)]",

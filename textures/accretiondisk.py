@@ -12,13 +12,13 @@ r"""Disk of glowing gas around a black hole (``accretiondisk``)
      - Colours c of the disk over :math:`(u, v)`. Required. Differentiable.
    * - ``alpha``
      - texture
-     - Opacity of the picture over :math:`(u, v)`, in [0, 1]. Default: 1. Differentiable.
+     - Opacity of the picture over :math:`(u, v)`, in [0, 1]. Default: 1.
    * - ``quantity``
      - string
      - What the texture gives: ``radiance``, ``reflectance`` or ``opacity``. Default: radiance.
    * - ``scale``
      - spectrum
-     - Radiance of a white picture at rest. Default: 1. Differentiable.
+     - Radiance of a white picture at rest. Default: 1.
    * - ``center``
      - point
      - Centre of the black hole and of the disk [scene unit]. Default: 0, 0, 0.
@@ -112,8 +112,12 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from relume.parameters import NOT_NEGATIVE, POSITIVE, Range, choice, number, vector
 from relume.sensors.doppler import shifted
 from relume.textures.blackbodies import BlackBodies
+
+SPIN = Range(-0.999999, 0.999999)
+"""As that of ``curvedspace``."""
 
 OPAQUE = 0.99
 """Opacity from which the disk lets nothing through."""
@@ -140,23 +144,6 @@ def axes_of(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return up, np.cross(n, up)
 
 
-def choice(props: mi.Properties, name: str, *values: str) -> str:
-    """Read a parameter that is one of some words, the first by default.
-
-    Raises:
-        ValueError: it is another.
-    """
-    found = props.get(name, values[0])
-    if found not in values:
-        raise ValueError(f"{name} is {found!r}, expected one of {', '.join(values)}")
-    return found
-
-
-def vector(props: mi.Properties, name: str, default: float | mi.ScalarVector3d) -> np.ndarray:
-    """Read a parameter of three numbers."""
-    return np.array(props.get(name, mi.ScalarVector3d(default)), np.float64).reshape(3)
-
-
 def define() -> type[mi.Texture]:
     """Return the plugin's class for the variant in use."""
 
@@ -166,32 +153,31 @@ def define() -> type[mi.Texture]:
             self.picture = props.get_texture("picture")
             self.alpha = props.get_texture("alpha", 1.0)
             self.scale = props.get_emissive_texture("scale", 1.0)
-            self.quantity = choice(props, "quantity", "radiance", "reflectance", "opacity")
-            self.motion = choice(props, "motion", "gravity", "doppler")
-            mass, spin = props.get("mass", 1.0), props.get("spin", 0.0)
-            share, temperature = props.get("shift", 0.0), props.get("temperature", 0.0)
-            R = props["outer_radius"] / mass if mass > 0 else 0.0
-            self.r_in = innermost_orbit(spin) if abs(spin) < 1 else math.nan
-            limits = {
-                "mass is to be above 0": mass > 0,
-                "spin is to be within -1 and 1": abs(spin) < 1,
-                "shift is to be in [0, 1]": 0 <= share <= 1,
-                "temperature is to be 0 or more": temperature >= 0,
-                "outer_radius is to be above that of the innermost stable orbit, "
-                f"{self.r_in * mass:g}": self.r_in < R,
-            }
-            for limit, kept in limits.items():
-                if not kept:
-                    raise ValueError(f"accretiondisk: {limit}")
-            up, right = axes_of(vector(props, "normal", mi.ScalarVector3d(0.0, 0.0, 1.0)))
-            hole = props.get("hole_radius", 0.0) / mass
+            self.quantity = choice(props, "quantity", ("radiance", "reflectance", "opacity"))
+            self.motion = choice(props, "motion", ("gravity", "doppler"))
+            mass = number(props, "mass", 1.0, POSITIVE)
+            spin = number(props, "spin", 0.0, SPIN)
+            R = number(props, "outer_radius", None) / mass
+            r_in = innermost_orbit(spin)
+            if not r_in < R:
+                raise ValueError(
+                    f"outer_radius is {R * mass:g}, but must be above that of the innermost stable "
+                    f"orbit, {r_in * mass:g}"
+                )
+            self.normal = vector(props, "normal", (0, 0, 1))
+            if not self.normal.any():
+                raise ValueError("normal is 0, but must have a direction")
+            up, right = axes_of(self.normal)
             self.straight = "seen_from" in props
-            self.seen_from = mi.Point3f(*vector(props, "seen_from", 0.0).tolist())
-            self.center = mi.Point3f(*vector(props, "center", 0.0).tolist())
+            self.seen_from = mi.Point3f(*vector(props, "seen_from", (0, 0, 0)).tolist())
+            self.center = mi.Point3f(*vector(props, "center", (0, 0, 0)).tolist())
             self.up, self.right = mi.Vector3f(*up.tolist()), mi.Vector3f(*right.tolist())
-            self.mass, self.a, self.R, self.hole = (mi.Float(x) for x in (mass, spin, R, hole))
-            self.inner, self.share = mi.Float(self.r_in), mi.Float(share)
+            self.mass, self.a, self.R = mi.Float(mass), mi.Float(spin), mi.Float(R)
+            self.hole = mi.Float(number(props, "hole_radius", 0.0, NOT_NEGATIVE) / mass)
+            self.inner = mi.Float(r_in)
+            self.share = mi.Float(number(props, "shift", 0.0, Range(0, 1)))
             self.turn = mi.Float(-1 if spin < 0 and self.motion == "gravity" else 1)
+            temperature = number(props, "temperature", 0.0, NOT_NEGATIVE)
             self.black_bodies = BlackBodies() if temperature else None
             self.temperature = mi.Float(temperature)
             dr.make_opaque(
@@ -200,8 +186,7 @@ def define() -> type[mi.Texture]:
             )  # fmt: skip
 
         def traverse(self, cb):
-            for name in ("picture", "alpha", "scale"):
-                cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+            cb.put("picture", self.picture, mi.ParamFlags.Differentiable)
 
         def layout(self, si):
             """The interaction with coordinates of the picture, r, x, and whether there is gas."""
@@ -325,6 +310,13 @@ def define() -> type[mi.Texture]:
             return True
 
         def to_string(self):
-            return f"AccretionDisk[quantity={self.quantity}, motion={self.motion}]"
+            return (
+                f"AccretionDisk[quantity={self.quantity}, picture={self.picture}, "
+                f"alpha={self.alpha}, scale={self.scale}, center={self.center}, mass={self.mass}, "
+                f"spin={self.a}, normal={self.normal}, outer_radius={self.R * self.mass}, "
+                f"hole_radius={self.hole * self.mass}, motion={self.motion}, "
+                f"seen_from={self.seen_from if self.straight else None}, shift={self.share}, "
+                f"temperature={self.temperature}]"
+            )
 
     return AccretionDisk

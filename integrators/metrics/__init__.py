@@ -13,6 +13,7 @@ from relume.integrators.metrics.kerr import Kerr
 from relume.integrators.metrics.metric import Metric
 from relume.integrators.metrics.schwarzschild import Schwarzschild
 from relume.integrators.metrics.wormhole import Wormhole
+from relume.parameters import choice
 
 
 def metric_of(props: mi.Properties) -> Metric:
@@ -29,7 +30,4 @@ def metric_of(props: mi.Properties) -> Metric:
         "kerr": Kerr,
         "wormhole": Wormhole,
     }
-    name = props.get("metric", "schwarzschild")
-    if name not in metrics:
-        raise ValueError(f"metric is {name!r}, expected one of {', '.join(metrics)}")
-    return metrics[name](props)
+    return metrics[choice(props, "metric", tuple(metrics))](props)

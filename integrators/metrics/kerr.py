@@ -9,7 +9,11 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
-from relume.integrators.metrics.schwarzschild import center_and_mass, is_static
+from relume.integrators.metrics.schwarzschild import OBSERVERS, center_and_mass
+from relume.parameters import Range, choice, number
+
+SPIN = Range(-0.999999, 0.999999)
+"""Beyond, single precision knows no horizon."""
 
 GAP = 1e-3
 """How close to the horizon, in its radii, light is captured: the scene's azimuth diverges there."""
@@ -48,15 +52,13 @@ class Kerr(Metric):
         props: `mi.Properties` with ``center``, ``mass``, ``spin`` and ``observer``.
 
     Raises:
-        ValueError: the mass is not above 0, the spin not within -1 and 1, or the observer unknown.
+        ValueError: the mass is not above 0, the spin outside `SPIN`, or the observer unknown.
     """
 
     def __init__(self, props: mi.Properties) -> None:
         self.center, self.mass = center_and_mass(props)
-        self.static = is_static(props)
-        spin = props.get("spin", 0.0)
-        if not abs(spin) < 1:
-            raise ValueError(f"spin is {spin}, but must be within -1 and 1")
+        self.observer = choice(props, "observer", OBSERVERS)
+        spin = number(props, "spin", 0.0, SPIN)
         root = math.sqrt(1 - spin * spin)
         self.a = mi.Float(-spin)
         self.outer, self.inner = mi.Float(1 + root), mi.Float(1 - root)
@@ -92,7 +94,7 @@ class Kerr(Metric):
     def begin(self, p: mi.Point3f, d: mi.Vector3f, side: mi.UInt32, camera: bool) -> Geodesic:
         x = mi.Vector3f((p - self.center) / self.mass)
         at = self.place(x)
-        if camera and self.static:
+        if camera and self.observer == "static":
             d = self.seen_at_rest(x, d, at)
         angle, slope = self.turn(at.r)
         v = d - slope * dr.dot(at.dr, d) * mi.Vector3f(-x.y, x.x, 0)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
+from relume.parameters import POSITIVE, choice, number, vector
+
+OBSERVERS = ("coordinate", "static")
+"""Who may send rays from a sensor."""
 
 HORIZON = 2.0
 """Radius [M]."""
@@ -32,14 +35,14 @@ class Schwarzschild(Metric):
 
     def __init__(self, props: mi.Properties) -> None:
         self.center, self.mass = center_and_mass(props)
-        self.static = is_static(props)
+        self.observer = choice(props, "observer", OBSERVERS)
 
     def begin(self, p: mi.Point3f, d: mi.Vector3f, side: mi.UInt32, camera: bool) -> Geodesic:
         x = mi.Vector3f((p - self.center) / self.mass)
         r = dr.norm(x)
         n = x / r
         f = 1 - HORIZON / r
-        if camera and self.static:
+        if camera and self.observer == "static":
             d = dr.normalize(dr.fma((dr.safe_sqrt(f) - 1) * dr.dot(d, n), n, d))
         cos2 = dr.square(dr.dot(d, n))
         v = d * dr.rsqrt(dr.maximum(dr.fma(f, 1 - cos2, cos2), 1e-12))
@@ -97,22 +100,7 @@ def center_and_mass(props: mi.Properties) -> tuple[mi.Point3f, mi.Float]:
     Raises:
         ValueError: the mass is not above 0.
     """
-    center = np.array(props.get("center", mi.ScalarPoint3d(0.0)), np.float64).reshape(3)
-    mass = props.get("mass", 1.0)
-    if mass <= 0:
-        raise ValueError(f"mass is {mass}, but must be above 0")
-    values = mi.Point3f(*center.tolist()), mi.Float(mass)
+    center = vector(props, "center", (0, 0, 0))
+    values = mi.Point3f(*center.tolist()), mi.Float(number(props, "mass", 1.0, POSITIVE))
     dr.make_opaque(*values)
     return values
-
-
-def is_static(props: mi.Properties) -> bool:
-    """Read the parameter ``observer`` of a black hole.
-
-    Raises:
-        ValueError: it is neither ``coordinate`` nor ``static``.
-    """
-    observer = props.get("observer", "coordinate")
-    if observer not in ("coordinate", "static"):
-        raise ValueError(f"observer is {observer!r}, expected coordinate or static")
-    return observer == "static"

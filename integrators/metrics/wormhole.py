@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
+from relume.parameters import NOT_NEGATIVE, POSITIVE, number, vector
 
 LENSING_WIDTH = 1.42953
 """W over the scale of length M of the shape (James et al. 2015)."""
@@ -44,18 +44,12 @@ class Wormhole(Metric):
     sides = 2
 
     def __init__(self, props: mi.Properties) -> None:
-        rho, a, W = props.get("rho", 1.3), props.get("a", 0.5), props.get("W", 0.05)
-        if rho <= 0 or a < 0 or W <= 0:
-            raise ValueError(
-                f"rho, a and W are {rho}, {a} and {W}, but rho and W must be above 0, a 0 or more"
-            )
-        self.rho, self.a = mi.Float(rho), mi.Float(a)
-        self.M = mi.Float(W / LENSING_WIDTH)
-        origin = mi.ScalarPoint3d(0.0)
-        mouths = [props.get("mouth_in", origin), props.get("mouth_out", origin)]
-        self.mouths = [
-            mi.Point3f(*np.array(mouth, np.float64).reshape(3).tolist()) for mouth in mouths
-        ]
+        self.rho = mi.Float(number(props, "rho", 1.3, POSITIVE))
+        self.a = mi.Float(number(props, "a", 0.5, NOT_NEGATIVE))
+        self.M = mi.Float(number(props, "W", 0.05, POSITIVE) / LENSING_WIDTH)
+        origin = (0, 0, 0)
+        mouths = [vector(props, "mouth_in", origin), vector(props, "mouth_out", origin)]
+        self.mouths = [mi.Point3f(*mouth.tolist()) for mouth in mouths]
         dr.make_opaque(self.rho, self.a, self.M, self.mouths)
 
     def shape(self, l: mi.Float) -> tuple[mi.Float, mi.Float]:
