@@ -209,9 +209,6 @@ def define() -> type[mi.SamplingIntegrator]:
                 if part is not None:
                     cb.put(name, part, mi.ParamFlags.Differentiable)
 
-        def with_depth_range(self, min_depth, max_depth):
-            raise ValueError("curvedspace cannot leave out the light of some paths")
-
         def unfinished(self):
             """How many geodesics have run out of steps since this was asked last."""
             found = int(self.count[0])

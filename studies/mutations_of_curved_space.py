@@ -79,7 +79,7 @@ CURVED_SPACE = [
         "hits beyond the chord",
         "dr.select(path.final, dr.largest(mi.Float), length)",
         "dr.select(path.final, dr.largest(mi.Float), length + 2)",
-        f"{SCENES}::test_ring_of_a_ball_behind_the_hole",
+        f"{SCENES}::test_hits_lie_on_the_path",
     ),
     scenes(
         "emission at the end of a geodesic 2 % too bright",

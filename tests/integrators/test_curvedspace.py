@@ -10,7 +10,7 @@ from relume import (
     bsdfs,  # noqa: F401  registers the plugins
     integrators,  # noqa: F401
 )
-from tests.integrators.metrics.geodesics import angle_of, deflection, outside
+from tests.integrators.metrics.geodesics import angle_of, deflection, nearest, outside
 
 SURFACE = {"type": "surfacepath", "max_depth": 8}
 
@@ -135,6 +135,17 @@ def test_ring_of_a_ball_behind_the_hole():
         curved(), {"ball": lamp([-D, 0, 0], radius, [1, 2, 3])}, [[R], [0], [0]], fan(angle)
     )
     assert L[:, 1].tolist() == [0, 2, 2, 2, 0]
+
+
+def test_hits_lie_on_the_path():
+    """Where a ray bends most a lamp on it is met, and one on its tangents is not."""
+    b, R = 5.22, 20.0
+    closest = (deflection(b) + np.pi) / 2 - outside(b, R)
+    for r, hit in ((nearest(b), True), (nearest(b) + 0.45, False), (nearest(b) - 0.4, False)):
+        at = [r * np.cos(closest), r * np.sin(closest), 0]
+        L, _ = seen(curved(), {"ball": lamp(at, 0.15, [1, 2, 3])},
+                    [[R], [0], [0]], fan([angle_of(b, R)]))  # fmt: skip
+        assert (L[0, 1] == 2) == hit, r
 
 
 def test_mirrors_see_the_tangent():
