@@ -10,7 +10,7 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis study-curved-space
+        study-scaling study-metropolis study-gravity study-curved-space
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -75,6 +75,10 @@ study-curved-space: setup
 # make study-gallery CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures"
 study-gallery: setup
 	$(STUDY) gallery '$(CORPUS)' --asset-path '$(ASSETS)'
+
+# make study-gravity CORPUS="folder of scene files" REFERENCES="folder of scenes and pictures"
+study-gravity: setup
+	$(STUDY) gravity '$(REFERENCES)' '$(CORPUS)'
 
 study-stability: setup
 	$(BIN)/relume stability -o docs

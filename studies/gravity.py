@@ -234,6 +234,12 @@ def page(rows, tiles, spp):
         "| picture | mean, the original | mean, relume | equal |",
         "|---|---|---|---|",
         *(f"| {' | '.join(row)} |" for row in rows),
+        "",
+        "Where fewer are equal, the program is wrong by a row of [its table](../holes.md): black",
+        "streaks along the axis of spin (`hole-poles`, cornell_blackhole_geo), the camera of",
+        "wormholes, in wh_sky_long within the throat, light that bounces in a room with mouths",
+        "(`wormhole-bounces`, wh_room_self). Noisy pictures with disks have its opacity and, in",
+        "bh_disk_temperature, its red colours (`disk-opacity`, `disk-temperature`).",
     ]
     return "\n".join(lines) + "\n"
 

@@ -75,10 +75,11 @@ def test_the_plan_names_the_plugins_used(room):
 
 
 def test_unsupported_lines_make_the_file_unsupported(room):
-    report = checking.check_file(room("velocity\n0 0 0.5"))
+    report = checking.check_file(room("BLACKHOLE 0 0 0\n\nparticipatingMedia\n1"))
     assert report["status"] == "unsupported"
     lines = [line for line in report["lines"] if line["outcome"] == "unsupported"]
-    assert {line["keyword"] for line in lines} == {"velocity"} and all(x["note"] for x in lines)
+    assert {line["keyword"] for line in lines} == {"participatingMedia"}
+    assert all(x["note"] for x in lines)
 
 
 def test_lines_have_the_codes_of_their_notes(room):

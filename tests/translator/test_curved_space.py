@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relume.translator import checks, curved_space, read_text, translate
+from relume.translator import checks, curved_space, environment_maps, read_text, translate
 from relume.translator.diagnostics import SceneError
 
 HEAD = "CAMERA_POS\n0 -40 0\nCAMERA_DIR\n0 1 0\nCAMERA_UPVEC\n0 0 1\n"
@@ -13,8 +13,9 @@ HOLE = "BLACKHOLE 0 0 0\n"
 
 
 @pytest.fixture
-def pictures(tmp_path):
-    """A folder with pictures `a` to `c` of 4 x 2 texels, all of one byte, and `cut` with alpha."""
+def pictures(tmp_path, monkeypatch):
+    """A folder with pictures `a` to `c` of 4 x 2 texels, all of one byte; skies stay small."""
+    monkeypatch.setattr(environment_maps, "MAP_ROWS", 8)
     for k, name in enumerate("abc", 1):
         (tmp_path / f"{name}.ppm").write_bytes(b"P6\n4 2\n255\n" + bytes([k] * 24))
     return tmp_path
