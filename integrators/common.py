@@ -13,6 +13,12 @@ from relume.parameters import POSITIVE, Range, whole
 NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
 
+LOSSLESS = 1 - 1e-5
+"""Share of the light that a bounce keeps at least to count as one that loses nothing."""
+
+PATIENCE = 256
+"""Depth by which roulette has ended three of four paths that lose nothing."""
+
 
 def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
     """Return the one sampling integrator that is nested in another one.
@@ -82,25 +88,36 @@ def power_heuristic(pdf: mi.Float, other: mi.Float) -> mi.Float:
 
 
 def russian_roulette(
-    throughput: mi.Spectrum, eta: mi.Float, depth: mi.UInt32, rr_depth: int, sample: mi.Float
+    throughput: mi.Spectrum,
+    eta: mi.Float,
+    kept: mi.Float,
+    depth: mi.UInt32,
+    decides: mi.Bool,
+    sample: mi.Float,
 ) -> tuple[mi.Spectrum, mi.Bool]:
-    """End dim paths by chance, once they are long, and make up for it in those that go on.
+    """End dim paths by chance, and make up for it in those that go on.
+
+    A path that survives has the throughput 1 / `eta`^2 or more. After a bounce that loses nothing
+    no path is certain to go on, or light between perfect mirrors would never end.
 
     Args:
-        throughput: ``mi.Spectrum``.
+        throughput: ``mi.Spectrum``, that of the bounce included.
         eta: ``mi.Float``, product of the relative indices along the path, whose square is no loss.
+        kept: ``mi.Float``, share of the light that the bounce keeps.
         depth: ``mi.UInt32``, length of the path.
-        rr_depth: depth from which paths may end.
+        decides: ``mi.Bool``, which paths may end.
         sample: uniform variate.
 
     Returns:
         (throughput, whether the path goes on).
     """
-    largest = dr.max(dr.detach(throughput))
-    survival = dr.minimum(largest * eta * eta, 0.95)
-    exposed = depth >= rr_depth
-    throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)
-    return throughput, (~exposed | (sample < survival)) & (largest != 0)
+    largest = dr.max(throughput)
+    survival = dr.minimum(largest * dr.square(eta), 1)
+    patience = 1 - 2 / (mi.Float(depth) + PATIENCE)
+    survival = dr.select(kept >= LOSSLESS, dr.minimum(survival, patience), survival)
+    survival = dr.detach(survival)
+    throughput = dr.select(decides, throughput * dr.rcp(survival), throughput)
+    return throughput, (~decides | (sample < survival)) & (largest != 0)
 
 
 @dataclass

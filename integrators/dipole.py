@@ -197,6 +197,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 entry = active & (kind == ENTRY)
                 met = materials.objects.at(si, active & valid)
                 scatters, crossing = mi.Bool(False), mi.Bool(False)
+                weight = mi.Spectrum(1)
                 x = mi.Point3f(si.p)
 
                 # ------------------------- inside a medium -------------------------
@@ -294,7 +295,9 @@ def define() -> type[mi.SamplingIntegrator]:
 
                 # ------------------------- roulette -------------------------
 
-                β, goes_on = russian_roulette(β, η, depth, self.rr_depth, sampler.next_1d())
+                kept = dr.max(weight * vertex.weight) * dr.square(vertex.eta)
+                decides = (depth >= self.rr_depth) & ~passes
+                β, goes_on = russian_roulette(β, η, kept, depth, decides, sampler.next_1d())
                 active = active_next & goes_on
 
                 # ------------------------- next hit -------------------------

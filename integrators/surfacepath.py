@@ -80,15 +80,9 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
-from relume.integrators.common import NO_LIMIT, path_depths, power_heuristic
+from relume.integrators.common import NO_LIMIT, path_depths, power_heuristic, russian_roulette
 from relume.integrators.seethrough import Surfaces
 from relume.parameters import Range, whole
-
-LOSSLESS = 1 - 1e-5
-"""Share of the light that a bounce keeps at least to count as one that loses nothing."""
-
-PATIENCE = 256
-"""Depth by which roulette has ended three of four paths that lose nothing."""
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -264,16 +258,12 @@ def define() -> type[mi.SamplingIntegrator]:
             """Take a step's weight into the path, and end it in proportion to what is left."""
             path.β *= weight
             path.η *= eta
-            β_max = dr.max(path.β)
-            survival = dr.minimum(β_max * dr.square(path.η), 1)
-            # No less light may be left for ever, as between mirrors that lose nothing.
-            lossless = dr.max(weight) * dr.square(eta) >= LOSSLESS
-            patience = 1 - 2 / (mi.Float(path.depth) + PATIENCE)
-            survival = dr.detach(dr.select(lossless, dr.minimum(survival, patience), survival))
+            kept = dr.max(weight) * dr.square(eta)
             decides = (path.depth >= self.rr_depth) & ~passes
-            survives = sampler.next_1d() < survival
-            path.β[decides] *= dr.rcp(survival)
-            path.active = (goes_on | passes) & (~decides | survives) & (β_max != 0)
+            path.β, survives = russian_roulette(
+                path.β, path.η, kept, path.depth, decides, sampler.next_1d()
+            )
+            path.active = (goes_on | passes) & survives
 
         def to_string(self):
             return (

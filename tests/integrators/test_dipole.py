@@ -124,6 +124,30 @@ def test_spectral_variant(chance, radiance):
     chance.equal(measured, np.full(3, expected), allowed=0.01, precision=0.01)
 
 
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize(("albedo", "spp"), [(0.8, 64), (0.999, 16)])
+def test_closed_rooms(albedo, spp, chance, level):
+    """Where no translucent thing is seen a room that emits 1 has L = 1 + a L = 1 / (1 - a).
+
+    There is no more noise than the lengths of paths have, so an error of 2 % in what roulette makes
+    of a path's weight multiplies by their 5 or 1000 bounces.
+    """
+    room = scene(
+        sensor=view((0, 0, 0.9), 60, 8),
+        walls={
+            "type": "cube",
+            "flip_normals": True,
+            "bsdf": {"type": "diffuse", "reflectance": rgb(albedo)},
+            "light": {"type": "area", "radiance": rgb(1)},
+        },
+        away={"type": "sphere", "center": [0, 500, 0], "bsdf": translucent()},
+        rr_depth=1,
+    )
+    pictures = chance.runs(room, spp).mean(axis=(1, 2, 3))
+    precision = 2 / np.sqrt(8 * 64 * spp)
+    chance.equal(level(pictures), 1 / (1 - albedo), allowed=1e-4, precision=precision)
+
+
 # ------------------------------ light and geometry ------------------------------
 
 

@@ -44,8 +44,8 @@ def view(origin=(0, 0, 100), fov=0.01, size=4, up=(0, 1, 0)):
     }
 
 
-def scene(integrator="dipole", profile="standard", sensor=None, **things):
-    kind = {"type": integrator, "rr_depth": 100}
+def scene(integrator="dipole", profile="standard", sensor=None, rr_depth=100, **things):
+    kind = {"type": integrator, "rr_depth": rr_depth}
     if integrator == "dipole":
         kind["profile"] = profile
     parts = {"type": "scene", "integrator": kind, "sensor": sensor or view()}
