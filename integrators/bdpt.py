@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -10,7 +12,7 @@ from relume.integrators.lightsubpaths import trace_light
 from relume.integrators.lightvertices import LightCache, LightVertices
 from relume.integrators.sensorconnections import Pinhole
 from relume.integrators.splats import SplatFilm
-from relume.integrators.subpaths import Transport, needs_partials
+from relume.integrators.subpaths import Transport
 from relume.sensors.colors import linear_rgb
 from relume.sensors.pixelsamples import position_in_pixel
 
@@ -103,18 +105,20 @@ def define() -> type[mi.AdjointIntegrator]:
             """Trace light subpaths: `LightVertices`, how many each has kept, what each shows."""
             sampler = mi.load_dict({"type": "independent"})
             sampler.seed(seed, count)
-            vertices = LightVertices(count, needs_partials(transport.scene))
-            wavelengths, weight = self.wavelengths(sensor, dr.arange(mi.UInt32, count) // (count // GROUPS), seed)
+            vertices = LightVertices(count, transport.partials)
+            lane = dr.arange(mi.UInt32, count)
+            u = self.wavelength_sample(lane // (count // GROUPS), seed)
+            nowhere = dr.zeros(mi.SurfaceInteraction3f)
+            wavelengths, weight = sensor.sample_wavelengths(nowhere, u)
             stored, shown = trace_light(
                 transport, sampler, wavelengths, weight, vertices, film, count
             )
             return vertices, stored, shown
 
-        def wavelengths(self, sensor, group, seed):
-            """Wavelengths of a group, evenly spread over the groups, and their weight."""
+        def wavelength_sample(self, group, seed):
+            """The variate of the wavelengths of a group: evenly spread over the groups."""
             shift = np.random.default_rng(seed).random()
-            u = (mi.Float(group) + dr.opaque(mi.Float, shift)) / GROUPS
-            return sensor.sample_wavelengths(dr.zeros(mi.SurfaceInteraction3f), u)
+            return (mi.Float(group) + dr.opaque(mi.Float, shift)) / GROUPS
 
         def launch(self, transport, sensor, seeds, spp):
             """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4)."""
@@ -122,16 +126,15 @@ def define() -> type[mi.AdjointIntegrator]:
             width, height = (int(x) for x in film.crop_size())
             pixels = width * height
             wanted = min(LIGHT_PATHS * pixels * spp, MOST_LIGHT_PATHS)
-            paths = int(max(LEAST_LIGHT_PATHS, -(-wanted // GROUPS) * GROUPS))
+            paths = max(LEAST_LIGHT_PATHS, math.ceil(wanted / GROUPS) * GROUPS)
             transport.set_ratios(paths / (pixels * spp), 1 / transport.mean_vertices)
 
             # -------------------------- from the lamps --------------------------
 
             splats = SplatFilm(film, transport.scale)
-            vertices, stored, shown = self.light(transport, sensor, seeds[0], paths, splats)
+            vertices, stored, _ = self.light(transport, sensor, seeds[0], paths, splats)
             dr.eval(stored, vertices.numbers, splats.sums)
-            groups = GROUPS if mi.is_spectral else 1
-            cache = LightCache(vertices, stored, groups)
+            cache = LightCache(vertices, stored, GROUPS if mi.is_spectral else 1)
 
             # -------------------------- from the camera --------------------------
 
@@ -139,23 +142,29 @@ def define() -> type[mi.AdjointIntegrator]:
             sampler.set_sample_count(spp)
             sampler.set_samples_per_wavefront(spp)
             sampler.seed(seeds[1], pixels * spp)
-            per_pixel, columns = dr.opaque(mi.UInt32, spp), dr.opaque(mi.UInt32, width)
+            per_pixel, columns, seed = (
+                dr.opaque(mi.UInt32, x) for x in (spp, width, seeds[1] & 0xFFFFFFFF)
+            )
             lane = dr.arange(mi.UInt32, pixels * spp)
             pixel = lane // per_pixel
             y = pixel // columns
             corner = mi.Point2f(pixel - y * columns, y)
             position = (corner + position_in_pixel(sensor, sampler.next_2d())) / splats.size
             lens = sampler.next_2d() if sensor.needs_aperture_sample() else mi.Point2f(0.5)
-            group = mi.UInt32(0)
-            ray, weight = sensor.sample_ray_differential(0.0, 0.5, position, lens)
-            if mi.is_spectral:
-                raise NotImplementedError
+            group, u = mi.UInt32(0), mi.Float(0)
+            if mi.is_spectral:  # a pixel's samples are spread over the groups
+                group = (lane - pixel * per_pixel) * GROUPS // per_pixel
+                group = (group + mi.sample_tea_32(pixel, seed)[0]) % GROUPS
+                u = self.wavelength_sample(group, seeds[0])
+            ray, weight = sensor.sample_ray_differential(
+                sensor.shutter_open(), u, position, lens
+            )
             L, seen = trace_eye(transport, sampler, ray, cache, group)
             color = linear_rgb(L * weight, ray.wavelengths)
             channels = [*color, dr.select(seen, mi.Float(1), 0)]
-            channels = [x + dr.zeros(mi.Float, pixels * spp) for x in channels]
-            dr.eval(channels)
-            found = np.stack([dr.block_sum(x, spp).numpy() for x in channels], -1) / float(spp)
+            sums = [dr.block_sum(mi.Float64(x), spp) for x in channels]
+            dr.eval(sums)
+            found = np.stack([x.numpy() for x in sums], -1) / spp
             found[:, :3] += splats.picture() * (pixels / paths)
             return found
 

@@ -34,6 +34,7 @@ class Transport:
             and ``only``, the one way (s, t) that a test wants to see alone, or None.
 
     Attributes:
+        partials: whether light vertices keep derivatives of the surface.
         r: light subpaths for each path of the camera.
         κ: connections of a vertex with each light subpath.
     """
@@ -44,6 +45,7 @@ class Transport:
         self.min_depth, self.max_depth = integrator.min_depth, integrator.max_depth
         self.rr_depth, self.hide_emitters = integrator.rr_depth, integrator.hide_emitters
         self.only = integrator.only
+        self.partials = needs_partials(scene)
         self.radiance, self.importance = (
             mi.BSDFContext(mode) for mode in (mi.TransportMode.Radiance, mi.TransportMode.Importance)
         )
