@@ -147,7 +147,7 @@ def far_row(emitter: Any, scene: mi.Scene) -> Row:
         row.u = (radius, 0.0, 0.0)
         return row
     it = dr.zeros(mi.Interaction3f)
-    it.p = mi.Point3f(*center)
+    it.p = mi.Point3f(*center.tolist())
     axis = -numbers(emitter.sample_direction(it, mi.Point2f(0.5))[0].d)
     row.axis = tuple(axis)
     row.u, row.v = disk(axis, radius)
