@@ -161,10 +161,10 @@ def define() -> type[mi.AdjointIntegrator]:
             )
             L, seen = trace_eye(transport, sampler, ray, cache, group)
             color = linear_rgb(L * weight, ray.wavelengths)
-            channels = [*color, dr.select(seen, mi.Float(1), 0)]
-            sums = [dr.block_sum(mi.Float64(x), spp) for x in channels]
-            dr.eval(sums)
-            found = np.stack([x.numpy() for x in sums], -1) / spp
+            channels = [mi.Float64(x) for x in (*color, dr.select(seen, mi.Float(1), 0))]
+            channels = [x + dr.zeros(mi.Float64, pixels * spp) for x in channels]
+            dr.eval(channels)  # at once: a sum of what is not there yet runs the kernel
+            found = np.stack([dr.block_sum(x, spp).numpy() for x in channels], -1) / spp
             found[:, :3] += splats.picture() * (pixels / paths)
             return found
 
