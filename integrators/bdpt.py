@@ -1,3 +1,83 @@
+r"""Bidirectional path tracing with a cache of light vertices (``bdpt``)
+====================================================================
+
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``min_depth``
+     - integer
+     - Shortest path that counts, 1 or more: 2 leaves out emitters that are seen, 3 direct light,
+       too. Default: 1.
+   * - ``max_depth``
+     - integer
+     - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
+       and end on nothing where they would reach the environment. Default: false.
+
+Paths begin at the lamps and at the camera. The picture is that of ``surfacepath``, with masks,
+lamps with masks, backdrops and dispersion as there, but for one kind of light that no path of a
+camera finds: that of lamps without size (spots, beams, suns) which mirrors or glass send on to
+matt surfaces. A path of n edges is found in up to n + 1 ways, with s vertices from the lamp and t
+from the camera:
+
+- s = 0: it meets a lamp. s = 1: emitter sampling.
+- t = 1: each vertex of a light subpath that can be seen is connected to the camera.
+- s, t > 1: each vertex of the camera's subpaths is connected with one vertex, drawn from a cache of
+  those of all light subpaths (Davidovič et al.). There is one light subpath for four samples.
+
+The balance heuristic weighs them by
+
+.. math::
+    w_{s,t} = \frac{n_{s,t}\,p_{s,t}}{\sum_{i + j = s + t} n_{i,j}\,p_{i,j}}, \qquad
+    n_{0,t} = n_{1,t} = 1, \quad n_{s,1} = r, \quad n_{s,t} = \kappa
+
+with p the density of the path by that way, r the light subpaths for each sample, and
+:math:`\kappa` one over their mean number of vertices, of which a few thousand subpaths, always the
+same, tell the power of two. Sums of ratios of densities are carried along the subpaths (Georgiev).
+
+**Adjoint.** Light subpaths scatter by ``TransportMode.Importance``, without the
+:math:`(n_1/n_2)^2` that radiance has, and with the factor
+
+.. math:: \frac{|\omega_i \cdot n_s|\,|\omega_o \cdot n_g|}{|\omega_i \cdot n_g|\,|\omega_o \cdot n_s|}
+
+for shading normals :math:`n_s` (Veach, eq. 5.19).
+
+**What cannot be reached.** Emitters of which no light subpath can begin (such as ``directionalarea``
+or a shape that tells no points of itself) and cameras that are no pinhole (a lens) are left to the
+other ways, whose weights then are those of path tracing, or of path tracing with connections.
+Media are not rendered, and there are no derivatives: take ``surfacepath``, or ``prb``.
+
+**Numbers.** Light that arrives at the film from lamps is summed in integers, so the picture
+depends on scene, parameters, seed and samples alone, bit for bit. Pixels are samples of the film's
+reconstruction filter, which has no negative weights (box, tent or gaussian). In spectral variants a
+render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
+
+**Limits.** Caustics seen in mirrors and through glass are as hard to find as for a path tracer, and
+those of lamps without size are missing there. Light of meshes with smooth normals that shine is
+as stock emitter sampling has it.
+
+**Source.** E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapters 5
+and 10; T. Davidovič, J. Křivánek, M. Hašan and P. Slusallek, "Progressive Light Transport Simulation
+on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, "Implementing Vertex Connection and
+Merging", Saarland University 2012.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
+
+.. code-block:: python
+
+    {'type': 'bdpt', 'max_depth': 16}
+"""
+
 from __future__ import annotations
 
 import math
@@ -35,6 +115,9 @@ PILOT = 2**12
 """Light subpaths from which the mean number of their vertices is found."""
 
 
+NO_GRADIENTS = "bdpt has no derivatives: differentiate by surfacepath, or by prb"
+
+
 def define() -> type[mi.AdjointIntegrator]:
     """Return the plugin's class for the variant in use."""
 
@@ -51,7 +134,13 @@ def define() -> type[mi.AdjointIntegrator]:
             if self.min_depth < 1:
                 raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
             self.hide_emitters = props.get("hide_emitters", False)
-            self.only = None
+            self.only = None  # the one way (s, t) that tests want to see, with the weight 1
+
+        def render_forward(self, *args, **kwargs):
+            raise ValueError(NO_GRADIENTS)
+
+        def render_backward(self, *args, **kwargs):
+            raise ValueError(NO_GRADIENTS)
 
         def aov_names(self):
             return []
@@ -107,7 +196,7 @@ def define() -> type[mi.AdjointIntegrator]:
             sampler.seed(seed, count)
             vertices = LightVertices(count, transport.partials)
             lane = dr.arange(mi.UInt32, count)
-            u = self.wavelength_sample(lane // (count // GROUPS), seed)
+            u = self.wavelength_sample(lane // dr.opaque(mi.UInt32, count // GROUPS), seed)
             nowhere = dr.zeros(mi.SurfaceInteraction3f)
             wavelengths, weight = sensor.sample_wavelengths(nowhere, u)
             stored, shown = trace_light(

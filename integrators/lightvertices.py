@@ -143,7 +143,7 @@ class LightCache:
     Attributes:
         slots: ``mi.UInt32``, the places that are filled, in their order.
         start, count: ``mi.UInt32`` by group, which of `slots` are its.
-        paths: subpaths of a group.
+        paths: ``mi.Float``, subpaths of a group.
     """
 
     def __init__(self, vertices: LightVertices, stored: mi.UInt32, groups: int) -> None:
@@ -154,8 +154,9 @@ class LightCache:
         self.slots = dr.compress(filled)
         if not len(self.slots):
             self.slots = dr.zeros(mi.UInt32, 1)
-        self.paths = vertices.paths // groups
-        self.count = dr.block_sum(dr.minimum(stored, SLOTS), self.paths)
+        size = vertices.paths // groups
+        self.paths = dr.opaque(mi.Float, size)
+        self.count = dr.block_sum(dr.minimum(stored, SLOTS), size)
         self.start = dr.block_prefix_sum(self.count, groups)
         dr.eval(self.slots, self.count, self.start)
 
