@@ -195,6 +195,8 @@ def define() -> type[mi.AdjointIntegrator]:
             sampler = mi.load_dict({"type": "independent"})
             sampler.seed(seed, count)
             vertices = LightVertices(count, transport.partials)
+            if not transport.emission.emits:
+                return vertices, dr.zeros(mi.UInt32, count), dr.zeros(mi.Float, count)
             lane = dr.arange(mi.UInt32, count)
             u = self.wavelength_sample(lane // dr.opaque(mi.UInt32, count // GROUPS), seed)
             nowhere = dr.zeros(mi.SurfaceInteraction3f)

@@ -72,7 +72,7 @@ def towards(
 
     def call(bsdf, si, wo, active):
         f, pdf = bsdf.eval_pdf(ctx, si, wo, active)
-        return f, pdf, pdf_back(bsdf, ctx, si, wo, active)
+        return mi.Spectrum(f), pdf, pdf_back(bsdf, ctx, si, wo, active)
 
     return Towards(*dr.dispatch(si.bsdf(), call, si, wo, active))
 
@@ -101,7 +101,8 @@ def scatter(
         f, pdf, bs, weight = bsdf.eval_pdf_sample(ctx, si, first, sample1, sample2, active)
         values = [(f, pdf), *(bsdf.eval_pdf(ctx, si, wo, active) for wo in others)]
         backs = [pdf_back(bsdf, ctx, si, wo, active) for wo in (*directions, bs.wo)]
-        return values, backs, bs.wo, weight, bs.pdf, bs.eta, bs.sampled_type
+        values = [(mi.Spectrum(f), pdf) for f, pdf in values]  # some return plain arrays
+        return values, backs, bs.wo, mi.Spectrum(weight), bs.pdf, bs.eta, bs.sampled_type
 
     found = dr.dispatch(si.bsdf(), call, si, list(directions), sample1, sample2, active)
     values, backs, wo, weight, pdf, eta, kind = found
