@@ -31,7 +31,8 @@ from the camera:
 - s = 0: it meets a lamp. s = 1: emitter sampling.
 - t = 1: each vertex of a light subpath that can be seen is connected to the camera.
 - s, t > 1: each vertex of the camera's subpaths is connected with one vertex, drawn from a cache of
-  those of all light subpaths (Davidovič et al.). There is one light subpath for four samples.
+  those of all light subpaths (Davidovič et al.). There is one light subpath for four
+  samples, and one for each in scenes with lamps without size.
 
 The balance heuristic weighs them by
 
@@ -46,13 +47,14 @@ same, tell the power of two. Sums of ratios of densities are carried along the s
 **Adjoint.** Light subpaths scatter by ``TransportMode.Importance``, without the
 :math:`(n_1/n_2)^2` that radiance has, and with the factor
 
-.. math:: \frac{|\omega_i \cdot n_s|\,|\omega_o \cdot n_g|}{|\omega_i \cdot n_g|\,|\omega_o \cdot n_s|}
+.. math::
+    \frac{|\omega_i \cdot n_s|\,|\omega_o \cdot n_g|}{|\omega_i \cdot n_g|\,|\omega_o \cdot n_s|}
 
 for shading normals :math:`n_s` (Veach, eq. 5.19).
 
-**What cannot be reached.** Emitters of which no light subpath can begin (such as ``directionalarea``
-or a shape that tells no points of itself) and cameras that are no pinhole (a lens) are left to the
-other ways, whose weights then are those of path tracing, or of path tracing with connections.
+**What cannot be reached.** Emitters of which no light subpath can begin (such as a shape that tells
+no points of itself) and cameras that are no pinhole (a lens) are left to the other ways, whose
+weights then are those of path tracing, or of path tracing with connections.
 Media are not rendered, and there are no derivatives: take ``surfacepath``, or ``prb``.
 
 **Numbers.** Light that arrives at the film from lamps is summed in integers, so the picture
@@ -65,9 +67,9 @@ those of lamps without size are missing there. Light of meshes with smooth norma
 as stock emitter sampling has it.
 
 **Source.** E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapters 5
-and 10; T. Davidovič, J. Křivánek, M. Hašan and P. Slusallek, "Progressive Light Transport Simulation
-on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, "Implementing Vertex Connection and
-Merging", Saarland University 2012.
+and 10; T. Davidovič, J. Křivánek, M. Hašan and P. Slusallek, "Progressive Light Transport
+Simulation on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, "Implementing Vertex
+Connection and Merging", Saarland University 2012.
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
 
@@ -87,7 +89,9 @@ import mitsuba as mi
 import numpy as np
 
 from relume.integrators.common import path_depths
+from relume.integrators.emission import bounding_sphere
 from relume.integrators.eyesubpaths import trace_eye
+from relume.integrators.lightstarts import Emission
 from relume.integrators.lightsubpaths import trace_light
 from relume.integrators.lightvertices import LightCache, LightVertices
 from relume.integrators.sensorconnections import Pinhole
@@ -96,10 +100,10 @@ from relume.integrators.subpaths import Transport
 from relume.sensors.colors import linear_rgb
 from relume.sensors.pixelsamples import position_in_pixel
 
-LIGHT_PATHS = 0.25
-"""Light subpaths for each path of the camera."""
+LIGHT_PATHS, LIGHT_PATHS_OF_POINTS = 0.25, 1.0
+"""Light subpaths for each path of the camera; where lamps have no size only they find caustics."""
 
-MOST_LIGHT_PATHS = 2**16
+MOST_LIGHT_PATHS = 2**17
 """Most light subpaths of a launch."""
 
 LEAST_LIGHT_PATHS = 2**10
@@ -114,8 +118,12 @@ GROUPS = 32
 PILOT = 2**12
 """Light subpaths from which the mean number of their vertices is found."""
 
-
 NO_GRADIENTS = "bdpt has no derivatives: differentiate by surfacepath, or by prb"
+
+
+def light_paths(emission: Emission) -> float:
+    """Light subpaths for each path of the camera."""
+    return LIGHT_PATHS_OF_POINTS if emission.has_points else LIGHT_PATHS
 
 
 def define() -> type[mi.AdjointIntegrator]:
@@ -167,63 +175,66 @@ def define() -> type[mi.AdjointIntegrator]:
         def render_image(self, scene, sensor, seed, spp):
             """Mean colours and alpha: (pixels, 4) float64."""
             film = sensor.film()
-            size = tuple(int(x) for x in film.crop_size())
-            pixels = size[0] * size[1]
-            pinhole = Pinhole.of(sensor, size)
-            transport = Transport(scene, pinhole and pinhole.prepared(), self)
-            vertices, scale = self.pilot(transport, sensor)
-            transport.mean_vertices, transport.scale = vertices, scale
+            width, height = (int(x) for x in film.crop_size())
+            pixels = width * height
+            pinhole = Pinhole.of(sensor, (width, height))
+            transport = Transport(scene, pinhole.prepared() if pinhole else None, self)
+            pilot = self.pilot(transport, sensor)
             per_launch = max(1, SAMPLES_PER_LAUNCH // pixels)
             sums = np.zeros((pixels, 4))
             for launch, first in enumerate(range(0, spp, per_launch)):
                 count = min(per_launch, spp - first)
                 own = np.random.SeedSequence((seed, launch)).generate_state(2)
-                sums += count * self.launch(transport, sensor, [int(x) for x in own], count)
+                seeds = [int(x) for x in own]
+                sums += count * self.launch(transport, sensor, pilot, seeds, count)
             return sums / spp
 
         def pilot(self, transport, sensor):
             """Mean number of vertices of a light subpath, and what it shows to the camera."""
             transport.set_ratios(1, 1)
-            film = SplatFilm(sensor.film(), 1e-30)
-            _, stored, shown = self.light(transport, sensor, 1, PILOT, film)
-            dr.eval(stored, shown)
-            mean, brings = (x.numpy().astype(float).mean() for x in (stored, shown))
-            return 2.0 ** round(np.log2(max(mean, 0.25))), brings
+            _, *found = self.light(transport, sensor, 1, PILOT, SplatFilm(sensor.film(), 1))
+            dr.eval(found)
+            stored, shown, power = (x.numpy().astype(float).mean() for x in found)
+            if not shown and transport.pinhole:  # as if it lit all of the scene
+                _, radius = bounding_sphere(transport.scene)
+                shown = power / float(transport.pinhole.det[0]) / radius**2
+            return 2.0 ** round(np.log2(max(stored, 0.25))), shown
 
         def light(self, transport, sensor, seed, count, film):
-            """Trace light subpaths: `LightVertices`, how many each has kept, what each shows."""
+            """Trace light subpaths: `LightVertices`, and what `trace_light` returns."""
             sampler = mi.load_dict({"type": "independent"})
             sampler.seed(seed, count)
             vertices = LightVertices(count, transport.partials)
             if not transport.emission.emits:
-                return vertices, dr.zeros(mi.UInt32, count), dr.zeros(mi.Float, count)
+                nothing = dr.zeros(mi.Float, count)
+                return vertices, mi.UInt32(nothing), nothing, nothing
             lane = dr.arange(mi.UInt32, count)
             u = self.wavelength_sample(lane // dr.opaque(mi.UInt32, count // GROUPS), seed)
             nowhere = dr.zeros(mi.SurfaceInteraction3f)
             wavelengths, weight = sensor.sample_wavelengths(nowhere, u)
-            stored, shown = trace_light(
-                transport, sampler, wavelengths, weight, vertices, film, count
-            )
-            return vertices, stored, shown
+            found = trace_light(transport, sampler, wavelengths, weight, vertices, film, count)
+            return vertices, *found
 
         def wavelength_sample(self, group, seed):
             """The variate of the wavelengths of a group: evenly spread over the groups."""
             shift = np.random.default_rng(seed).random()
             return (mi.Float(group) + dr.opaque(mi.Float, shift)) / GROUPS
 
-        def launch(self, transport, sensor, seeds, spp):
+        def launch(self, transport, sensor, pilot, seeds, spp):
             """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4)."""
             film = sensor.film()
             width, height = (int(x) for x in film.crop_size())
             pixels = width * height
-            wanted = min(LIGHT_PATHS * pixels * spp, MOST_LIGHT_PATHS)
+            wanted = light_paths(transport.emission) * pixels * spp
+            wanted = min(wanted, MOST_LIGHT_PATHS)
             paths = max(LEAST_LIGHT_PATHS, math.ceil(wanted / GROUPS) * GROUPS)
-            transport.set_ratios(paths / (pixels * spp), 1 / transport.mean_vertices)
+            mean_vertices, scale = pilot
+            transport.set_ratios(paths / (pixels * spp), 1 / mean_vertices)
 
             # -------------------------- from the lamps --------------------------
 
-            splats = SplatFilm(film, transport.scale)
-            vertices, stored, _ = self.light(transport, sensor, seeds[0], paths, splats)
+            splats = SplatFilm(film, scale)
+            vertices, stored, *_ = self.light(transport, sensor, seeds[0], paths, splats)
             dr.eval(stored, vertices.numbers, splats.sums)
             cache = LightCache(vertices, stored, GROUPS if mi.is_spectral else 1)
 
@@ -247,9 +258,7 @@ def define() -> type[mi.AdjointIntegrator]:
                 group = (lane - pixel * per_pixel) * GROUPS // per_pixel
                 group = (group + mi.sample_tea_32(pixel, seed)[0]) % GROUPS
                 u = self.wavelength_sample(group, seeds[0])
-            ray, weight = sensor.sample_ray_differential(
-                sensor.shutter_open(), u, position, lens
-            )
+            ray, weight = sensor.sample_ray_differential(sensor.shutter_open(), u, position, lens)
             L, seen = trace_eye(transport, sampler, ray, cache, group)
             color = linear_rgb(L * weight, ray.wavelengths)
             channels = [mi.Float64(x) for x in (*color, dr.select(seen, mi.Float(1), 0))]

@@ -32,9 +32,6 @@ import numpy as np
 NONE, AREA, PICTURE, POINT, FAR = range(5)
 """Kinds of emission."""
 
-FIELDS = ("R", "E", "P", "solid_angle")
-"""Numbers of an emitter in the tables: the constants of R and of E, P, and the Ω of its cone."""
-
 
 @dataclass
 class Row:

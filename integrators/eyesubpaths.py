@@ -1,4 +1,4 @@
-"""Subpaths from the camera: they hit lamps, sample emitters, and are connected to light vertices."""
+"""Subpaths from the camera: they hit lamps, sample emitters, are connected to light vertices."""
 
 from __future__ import annotations
 
@@ -222,9 +222,7 @@ def add_direct(
     """Add the light of a sampled point of an emitter."""
     R = t.emission.ratio(ds, ds.pdf, lit) * dr.abs(dr.dot(si.n, ds.d))
     pdf_ratio = dr.select(ds.delta, 0, lamp.pdf / ds.pdf)
-    w = misweights.of_emitter_sample(
-        pdf_ratio, R, misweights.other_ways(m, g, lamp.pdf_back)
-    )
+    w = misweights.of_emitter_sample(pdf_ratio, R, misweights.other_ways(m, g, lamp.pdf_back))
     w = t.alone(w, s=mi.UInt32(1), t=path.depth + 2)
     direct = lamp.f * Le * w
     if t.surfaces.see_through:

@@ -9,7 +9,6 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.emission import AREA, FAR, NONE, PICTURE, POINT, row_of
-from relume.integrators.misweights import Subpath
 from relume.integrators.seethrough import Surfaces
 
 
@@ -52,6 +51,8 @@ class Emission:
     Attributes:
         kinds: which kinds of emission there are.
         emits: whether any emitter does.
+        beams: whether some light that is ``FAR`` has one direction.
+        has_points: whether some lamp has no size.
     """
 
     def __init__(self, scene: mi.Scene) -> None:
@@ -63,6 +64,7 @@ class Emission:
         self.emitters = scene.emitters_dr()
         far = [e for e, row in zip(emitters, rows, strict=True) if row.kind == FAR]
         self.beams = any(not emitter.is_environment() for emitter in far)
+        self.has_points = self.beams or POINT in self.kinds
         skies = [emitter for emitter in far if emitter.is_environment()]
         self.environment = mi.EmitterPtr(skies[0]) if skies else None
         P = 1 / max(1, len(emitting))
@@ -70,9 +72,10 @@ class Emission:
         ids = [int(dr.reinterpret_array(mi.UInt32, mi.EmitterPtr(e))[0]) for e in emitters]
         size = max(ids, default=0) + 1
         table: list[list[float]] = [[0.0] * size for _ in range(3)]
-        for i, row, own, pick in zip(range(len(rows)), rows, ids, q, strict=True):
+        for row, own, pick in zip(rows, ids, q, strict=True):
             R = row.R * P / (1 if row.kind == AREA else max(pick, 1e-30))
-            for column, value in zip(table, (row.kind, R, row.E * (row.kind != POINT)), strict=True):
+            E = row.E if row.kind != POINT else 0.0
+            for column, value in zip(table, (row.kind, R, E), strict=True):
                 column[own] = value
         self.kind, self.R, self.E = (mi.Float(column) for column in table)
 
@@ -149,8 +152,7 @@ class Emission:
         kind = dr.gather(mi.Float, self.kind, own, active)
         hittable = dr.gather(mi.Float, self.E, own, active) != 0
         position, axis, u, v = (
-            mi.Vector3f(*(dr.gather(mi.Float, self.vectors, row * 12 + i + j, active) for j in range(3)))
-            for i in (0, 3, 6, 9)
+            dr.gather(mi.Vector3f, self.vectors, row * 4 + i, active) for i in range(4)
         )
         ray = dr.zeros(mi.Ray3f)
         ray.wavelengths, ray.maxt = wavelengths, dr.largest(mi.Float)

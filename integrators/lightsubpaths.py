@@ -36,7 +36,6 @@ class LightPath:
     edges: mi.UInt32
     kept: mi.UInt32
     bright: mi.Float
-    η: mi.Float
     no_delta: mi.Bool
     dispersed: mi.Bool
     active: mi.Bool
@@ -52,7 +51,7 @@ def trace_light(
     vertices: LightVertices,
     film: SplatFilm,
     count: int,
-) -> tuple[Any, Any]:
+) -> tuple[Any, Any, Any]:
     """Trace light subpaths.
 
     Args:
@@ -65,7 +64,8 @@ def trace_light(
         count: how many subpaths.
 
     Returns:
-        (vertices that each subpath has kept, luminance that each has shown).
+        (vertices that each subpath has kept, luminance that each has shown, largest channel of what
+        each has brought to its first vertex).
     """
     t = transport
     start = t.emission.start(t.surfaces, t.scene, sampler, wavelengths, mi.Bool(True))
@@ -78,7 +78,6 @@ def trace_light(
         edges=mi.UInt32(0),
         kept=mi.UInt32(0),
         bright=mi.Float(1),
-        η=mi.Float(1),
         no_delta=mi.Bool(start.no_delta),
         dispersed=mi.Bool(False),
         active=mi.Bool(start.active) & dr.any(start.power != 0) & (t.max_depth > 1),
@@ -86,7 +85,7 @@ def trace_light(
     )
     while dr.hint(path.active, label="Light subpaths"):
         step(t, sampler, start, lane, vertices, film, colour_weight, path)
-    return path.kept, path.shown
+    return path.kept, path.shown, path.bright
 
 
 def step(

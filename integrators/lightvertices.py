@@ -106,9 +106,7 @@ class LightVertices:
             active: lanes.
         """
         first = slot * self.rows
-        rows = [
-            dr.gather(mi.Vector4f, self.numbers, first + i, active) for i in range(self.rows)
-        ]
+        rows = [dr.gather(mi.Vector4f, self.numbers, first + i, active) for i in range(self.rows)]
         si = dr.zeros(mi.SurfaceInteraction3f)
         si.p, si.n = mi.Point3f(rows[0].xyz), mi.Normal3f(rows[1].xyz)
         si.sh_frame, si.wi = frame_from(rows[2]), rows[3].xyz

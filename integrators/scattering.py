@@ -105,9 +105,10 @@ def scatter(
         return values, backs, bs.wo, mi.Spectrum(weight), bs.pdf, bs.eta, bs.sampled_type
 
     found = dr.dispatch(si.bsdf(), call, si, list(directions), sample1, sample2, active)
-    values, backs, wo, weight, pdf, eta, kind = found
-    evaluated = [Towards(*value, back) for value, back in zip(values, backs, strict=False)]
-    return evaluated, Drawn(wo, weight, pdf, backs[-1], eta, kind)
+    values, (*backs, back), wo, weight, pdf, eta, kind = found
+    pairs = zip(values, backs, strict=True)
+    evaluated = [Towards(f, pdf_o, pdf_b) for (f, pdf_o), pdf_b in pairs]
+    return evaluated, Drawn(wo, weight, pdf, back, eta, kind)
 
 
 def without_shading_normal(si: mi.SurfaceInteraction3f, d: mi.Vector3f) -> mi.Float:

@@ -1,4 +1,4 @@
-"""Light that reaches a pinhole: where on the film, and with which density a camera's ray goes there.
+"""Light that reaches a pinhole: where on the film, and how densely rays of the camera go there.
 
 A pinhole at c maps the film's position (p, q), each in [0, 1], to the direction
 D = A + p B + q C. Of rays with positions uniform on the film the density per solid angle is

@@ -48,7 +48,9 @@ class SplatFilm:
     @property
     def margin(self) -> float:
         """How far beyond the film a splat may lie [pixel]."""
-        return max(0.0, self.radius - 0.5) if self.filter != "GaussianFilter" else self.radius * 1.25
+        # A Gaussian ends at four standard deviations in Mitsuba; samples do not know that.
+        reach = self.radius * (1.25 if self.filter == "GaussianFilter" else 1)
+        return max(0.0, reach - 0.5)
 
     def covers(self, position: mi.Point2f) -> mi.Bool:
         """Whether a position, [0, 1] inside, reaches a pixel of the film."""

@@ -11,12 +11,7 @@ from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.lightstarts import Emission
 from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
 from relume.integrators.sensorconnections import PinholeOnDevice
-
-LOSSLESS = 1 - 1e-5
-"""Share of the light that a bounce keeps at least to count as one that loses nothing."""
-
-PATIENCE = 256
-"""Depth by which roulette has ended three of four paths that lose nothing."""
+from relume.integrators.surfacepath import LOSSLESS, PATIENCE
 
 MAPS = ("BumpMap", "NormalMap")
 """BSDFs that need derivatives of the surface."""
@@ -46,9 +41,8 @@ class Transport:
         self.rr_depth, self.hide_emitters = integrator.rr_depth, integrator.hide_emitters
         self.only = integrator.only
         self.partials = needs_partials(scene)
-        self.radiance, self.importance = (
-            mi.BSDFContext(mode) for mode in (mi.TransportMode.Radiance, mi.TransportMode.Importance)
-        )
+        self.radiance = mi.BSDFContext(mi.TransportMode.Radiance)
+        self.importance = mi.BSDFContext(mi.TransportMode.Importance)
         if self.surfaces.disperse:
             self.radiance.type_mask |= HERO_WAVELENGTH
             self.importance.type_mask |= HERO_WAVELENGTH
