@@ -5,16 +5,10 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
+from relume.parameters import check
+
 GRAZING = 1e-9
 """Smallest cosine between a direction and the normal that still counts as above the surface."""
-
-
-def choice(props: mi.Properties, name: str, allowed: tuple[str, ...]) -> str:
-    """Return the string property `name`, by default the first of `allowed`; ValueError if none."""
-    value = props.get(name, allowed[0])
-    if value not in allowed:
-        raise ValueError(f"{name} is {value!r}, but must be one of {', '.join(allowed)}")
-    return value
 
 
 def polar(r: mi.Float, phi: mi.Float) -> tuple[mi.Float, mi.Float]:
@@ -42,7 +36,8 @@ def diffuse_plus_lobe() -> type[mi.BSDF]:
 
     Component 0 is the glossy lobe, component 1 the diffuse one. A lobe is chosen in proportion to
     the sum of its reflectance over the channels at the point in question, so that textures
-    without a known mean (vertex colours) serve as well.
+    without a known mean (vertex colours) serve as well. Both depolarize. ``ranges`` has the ranges
+    of the lobe's parameters.
     """
 
     class DiffusePlusLobe(mi.BSDF):
@@ -73,14 +68,17 @@ def diffuse_plus_lobe() -> type[mi.BSDF]:
             self.m_flags = glossy | diffuse
 
         def traverse(self, cb):
-            for name in ("diffuse_reflectance", "specular_reflectance"):
+            for name in ("diffuse_reflectance", "specular_reflectance", *self.ranges):
                 cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+
+        def parameters_changed(self, keys):
+            check(self, self.ranges, keys)
 
         # ------------------------------ shared by all queries ------------------------------
 
         def surface(self, ctx, si, active):
             """Return (rho_d, rho_s, probability of the lobe, shape), masked by `ctx`."""
-            rho_d, rho_s = mi.Spectrum(0), mi.Spectrum(0)
+            rho_d, rho_s = mi.UnpolarizedSpectrum(0), mi.UnpolarizedSpectrum(0)
             if ctx.is_enabled(mi.BSDFFlags.DiffuseReflection, 1):
                 rho_d = self.diffuse_reflectance.eval(si, active)
             if ctx.is_enabled(mi.BSDFFlags.GlossyReflection, 0):
@@ -98,7 +96,7 @@ def diffuse_plus_lobe() -> type[mi.BSDF]:
             lambert = wo.z * dr.inv_pi
             value = dr.fma(rho_s, lobe, rho_d * lambert)
             pdf = dr.lerp(lambert, pdf_lobe, p_lobe)
-            return value & active, dr.select(active, pdf, 0)
+            return mi.depolarizer(value) & active, dr.select(active, pdf, 0)
 
         def draw(self, surface, si, sample1, sample2, active):
             """Sample a lobe by `sample1`, a direction by `sample2`; see ``mi.BSDF.sample``."""

@@ -15,7 +15,7 @@ r"""Phong's reflection, energy conserving (``phong``)
      - :math:`\rho_s`, weight of the lobe. Default: 0.2. Differentiable.
    * - ``exponent``
      - float or texture
-     - :math:`n`, 0 or more; below 0 it acts as 0. Default: 30. Differentiable.
+     - :math:`n`, 0 or more. Default: 30. Differentiable.
 
 With :math:`\alpha` the angle between the mirror direction of the viewer and the direction to the
 light, the BRDF is
@@ -34,7 +34,7 @@ The lobe is sampled about the mirror direction with :math:`\phi = 2 \pi \xi_1` a
 **Source.** E. Lafortune and Y. Willems, "Using the Modified Phong Reflectance Model for Physically
 Based Rendering", Leuven CW 197, 1994.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** All; light is depolarized.
 
 **Usage.**
 
@@ -59,6 +59,10 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.bsdfs.common import diffuse_plus_lobe, polar
+from relume.parameters import NOT_NEGATIVE
+
+RUNS_UNDER = ("scalar", "polarized")
+RANGES = {"exponent": NOT_NEGATIVE}
 
 
 def log1m(q: mi.Float) -> mi.Float:
@@ -78,14 +82,13 @@ def define() -> type[mi.BSDF]:
     Base: Any = diffuse_plus_lobe()
 
     class Phong(Base):
+        ranges = RANGES
+
         def __init__(self, props):
             super().__init__(props)
             self.exponent = props.get_unbounded_texture("exponent", 30)
             self.set_lobes((self.exponent,))
-
-        def traverse(self, cb):
-            super().traverse(cb)
-            cb.put("exponent", self.exponent, mi.ParamFlags.Differentiable)
+            self.parameters_changed([])
 
         def shape(self, si, active):
             return dr.maximum(self.exponent.eval_1(si, active), 0)

@@ -8,12 +8,12 @@ r"""Smooth glass with Schlick's Fresnel term and dispersion (``schlickglass``)
      - Type
      - Description
    * - ``int_ior``
-     - float
-     - Refractive index inside, behind the normal, above 0; may be below ``ext_ior``. Default: 1.5.
-       Exposed.
+     - float or string
+     - Refractive index inside, behind the normal, above 0, or the name of a material, as in the
+       stock ``dielectric``; may be below ``ext_ior``. Default: 1.5. Exposed.
    * - ``ext_ior``
-     - float
-     - Refractive index outside, above 0. Default: 1. Exposed.
+     - float or string
+     - Refractive index outside, likewise. Default: 1. Exposed.
    * - ``specular_reflectance``
      - spectrum or texture
      - Tint of what is reflected. Default: 1. Differentiable.
@@ -50,16 +50,19 @@ passes straight on and the lobe is a ``Null`` one, so that integrators that look
 through index-matched boundaries (``volpath``) do so.
 
 The dispersion formulas are those of `relume.bsdfs.dispersion`. They act in spectral variants;
-elsewhere the index at 589.3 nm serves for all colours. Use the integrator ``dispersivepath`` with
+elsewhere the index at 589.3 nm serves for all colours. Use the integrator ``surfacepath`` with
 them: it follows one wavelength from the first dispersive refraction on. Stock integrators converge
 to the same picture with more noise. Reflection keeps all wavelengths on one path, each with an F
 of its own.
 
+The tints have derivatives under ``path`` and other integrators that differentiate what they sample;
+not under ``prb``, which asks materials for their value in a given direction, and that is 0 for a
+mirror.
+
 **Source.** C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", Computer
 Graphics Forum 1994, eq. 15; legacy manual, "Refractive index definition".
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones; dispersion in the
-spectral ones.
+**Variants.** All but the polarized ones; dispersion in the spectral ones.
 
 **Usage.**
 
@@ -81,18 +84,13 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.bsdfs.common import choice
 from relume.bsdfs.dispersion import HERO_WAVELENGTH, SODIUM_D, index_squared, parse_coefficients
+from relume.parameters import POSITIVE, check, choice, expose, refractive_index, text
+
+RUNS_UNDER = ("scalar",)
 
 FRESNEL = ("schlick", "exact")
-
-
-def positive(props: mi.Properties, name: str, default: float) -> float:
-    """Return the number `name` of `props`; ValueError unless above 0."""
-    value = props.get(name, default)
-    if not value > 0:
-        raise ValueError(f"{name} is {value}, but must be above 0")
-    return value
+INDICES = {"ext_ior": POSITIVE, "int_ior": POSITIVE}
 
 
 def schlick(
@@ -130,30 +128,29 @@ def define() -> type[mi.BSDF]:
             self.specular_reflectance = props.get_texture("specular_reflectance", 1)
             self.specular_transmittance = props.get_texture("specular_transmittance", 1)
             self.fresnel = {"schlick": schlick, "exact": exact}[choice(props, "fresnel", FRESNEL)]
-            self.ext_ior = mi.Float(positive(props, "ext_ior", 1.0))
+            self.ext_ior = mi.Float(refractive_index(props, "ext_ior", 1.0))
             self.dispersion, self.coefficients = "", []
             if "dispersion" in props:
                 if "int_ior" in props:
                     raise ValueError("int_ior and dispersion exclude each other")
                 formula = props["dispersion"]
-                coefficients = parse_coefficients(formula, props.get("coefficients", ""))
+                coefficients = parse_coefficients(formula, text(props, "coefficients"))
                 int_ior = index_squared(formula, coefficients, SODIUM_D) ** 0.5
                 if mi.is_spectral:
                     self.dispersion = formula
                     self.coefficients = [mi.Float(c) for c in coefficients]
             else:
-                int_ior = positive(props, "int_ior", 1.5)
+                int_ior = refractive_index(props, "int_ior", 1.5)
             self.int_ior = mi.Float(int_ior)
             self.parameters_changed([])
 
         def traverse(self, cb):
             for name in ("specular_reflectance", "specular_transmittance"):
                 cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
-            cb.put("ext_ior", self.ext_ior, mi.ParamFlags.NonDifferentiable)
-            if not self.dispersion:
-                cb.put("int_ior", self.int_ior, mi.ParamFlags.NonDifferentiable)
+            expose(self, cb, ("ext_ior",) if self.dispersion else tuple(INDICES))
 
         def parameters_changed(self, keys):
+            check(self, INDICES, keys)
             matched = not self.dispersion and dr.all(self.int_ior == self.ext_ior)
             self.through = mi.BSDFFlags.Null if matched else mi.BSDFFlags.DeltaTransmission
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
@@ -270,7 +267,9 @@ def define() -> type[mi.BSDF]:
             return self.specular_transmittance.eval(si, active) * (1 - F) & active
 
         def to_string(self):
-            index = self.dispersion or f"int_ior={self.int_ior}"
+            index = f"int_ior={self.int_ior}"
+            if self.dispersion:
+                index = f"dispersion={self.dispersion}, coefficients={self.coefficients}"
             return (
                 f"SchlickGlass[{index}, ext_ior={self.ext_ior}, fresnel={self.fresnel.__name__}, "
                 f"specular_reflectance={self.specular_reflectance}, "

@@ -54,7 +54,8 @@ For any other integrator the material is its limit of small distances, the BRDF
     f(i, o) = \frac{R_d F_t(i) F_t(o)}{\pi}
 
 beside the mirror of strength :math:`F = 1 - F_t`, with :math:`R_d` the total diffuse reflectance.
-It is black from behind.
+It is black from behind. Under ``prb`` its derivatives are too large, like those of the stock
+``plastic``: there a mirrored ray counts as one of the diffuse part. Under ``path`` they are right.
 
 **Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
 Light Transport", SIGGRAPH 2001, section 2.4.
@@ -86,6 +87,8 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
+from relume.parameters import ANY, NOT_NEGATIVE, POSITIVE, Range, check, expose, number, text, whole
+
 SUBSURFACE = 1 << 25
 """Bit outside ``mi.BSDFFlags``. In `m_flags` it marks the material; in ``BSDFContext.type_mask`` it
 says that the integrator can find the other end of a way through the medium; and then, in
@@ -93,6 +96,14 @@ says that the integrator can find the other end of a way through the medium; and
 diffusion, with a delta lobe straight along ``wo``."""
 
 LEVELS = (-1, -2)
+RANGES = {
+    "sigma_s": NOT_NEGATIVE,
+    "sigma_a": NOT_NEGATIVE,
+    "g": Range(-1.0, 1.0),
+    "scale": NOT_NEGATIVE,
+    "eta": POSITIVE,
+    "r_max": NOT_NEGATIVE,
+}
 TEXTURES = ("sigma_s", "sigma_a", "g", "specular_reflectance", "specular_transmittance")
 
 TINY = 1e-12
@@ -154,7 +165,7 @@ def diffuse_reflectance(alpha: mi.Spectrum, A: mi.Float) -> mi.Spectrum:
         alpha: reduced albedo in [0, 1].
         A: from `boundary_factor`.
     """
-    k = dr.sqrt(3 * dr.maximum(1 - alpha, 0))
+    k = dr.safe_sqrt(3 * dr.maximum(1 - alpha, 0))
     return 0.5 * alpha * (1 + dr.exp(-4 / 3 * A * k)) * dr.exp(-k)
 
 
@@ -169,15 +180,11 @@ def define() -> type[mi.BSDF]:
             self.g = props.get_unbounded_texture("g", 0.0)
             self.specular_reflectance = props.get_texture("specular_reflectance", 1.0)
             self.specular_transmittance = props.get_texture("specular_transmittance", 1.0)
-            self.scale = mi.Float(props.get("scale", 1.0))
-            self.eta = mi.Float(props.get("eta", 1.3))
-            self.r_max = mi.Float(props.get("r_max", 0.0))
-            if not dr.all(self.eta > 0):
-                raise ValueError(f"eta is {self.eta}, but must be above 0")
-            if dr.any((self.scale < 0) | (self.r_max < 0)):
-                raise ValueError("scale and r_max must not be below 0")
-            self.object = props.get("object", "")
-            self.level = props.get("level", LEVELS[0])
+            self.scale = mi.Float(number(props, "scale", 1.0))
+            self.eta = mi.Float(number(props, "eta", 1.3))
+            self.r_max = mi.Float(number(props, "r_max", 0.0))
+            self.object = text(props, "object")
+            self.level = whole(props, "level", LEVELS[0], ANY)
             if self.level not in LEVELS:
                 raise ValueError(f"level is {self.level}, but must be -1 or -2")
             self.set_flags()
@@ -197,10 +204,10 @@ def define() -> type[mi.BSDF]:
         def traverse(self, cb):
             for name in TEXTURES:
                 cb.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
-            for name in ("scale", "eta", "r_max"):
-                cb.put(name, getattr(self, name), mi.ParamFlags.NonDifferentiable)
+            expose(self, cb, ("scale", "eta", "r_max"))
 
         def parameters_changed(self, keys):
+            check(self, RANGES, keys)
             dr.make_opaque(self.scale, self.eta, self.r_max)
 
         def medium(self, si, active=True):
@@ -244,6 +251,7 @@ def define() -> type[mi.BSDF]:
             F, cos_t, eta_it, eta_ti = mi.fresnel(si.wi.z, self.eta)
             front = si.wi.z > 0
             p, share = self.shares(si, F, active) if subsurface else (F, mi.Float(1))
+            p, share = dr.detach(p), dr.detach(share)
             u = (sample1 - p) / dr.maximum(1 - p, 1e-6)  # again uniform, where not mirrored
             mirrored = sample1 < p
             diffused = ~mirrored & front & (u < share)
@@ -317,7 +325,7 @@ def define() -> type[mi.BSDF]:
             textures = ", ".join(f"{name}={getattr(self, name)}" for name in TEXTURES)
             return (
                 f"Subsurface[scale={self.scale}, eta={self.eta}, r_max={self.r_max}, "
-                f"level={self.level}, {textures}]"
+                f"level={self.level}, object={self.object!r}, {textures}]"
             )
 
     return Subsurface

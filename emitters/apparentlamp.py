@@ -41,7 +41,7 @@ emitter samples, as multiple importance sampling weighs them.
 
 **Source.** Scene language sections 6.2 and 9.2.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -73,8 +73,10 @@ from relume.emitters.common import (
     sample_spectrum,
     sample_surface_ray,
     spectrum_lookup,
-    vector,
 )
+from relume.parameters import flag, vector
+
+RUNS_UNDER = ("polarized",)
 
 INCOMPARABLE = 1e15
 """Density that any other is small against, and whose square is finite."""
@@ -90,8 +92,8 @@ def define() -> type[mi.Emitter]:
                 raise ValueError("apparentlamp: the shape has the transform, not the light")
             self.m_flags = mi.EmitterFlags.Surface
             self.radiance = props.get_emissive_texture("radiance", 1.0)
-            self.two_sided = props.get("two_sided", False)
-            self.backdrop = props.get("backdrop", False)
+            self.two_sided = flag(props, "two_sided", False)
+            self.backdrop = flag(props, "backdrop", False)
             u, v = vector(props, "edge_u", (0, 0, 0)), vector(props, "edge_v", (0, 0, 0))
             across = np.cross(u, v)
             area = float(np.linalg.norm(across))
@@ -157,6 +159,10 @@ def define() -> type[mi.Emitter]:
             cb.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
 
         def to_string(self):
-            return f"ApparentLamp[radiance = {self.radiance}, area = {self.area}]"
+            return (
+                f"ApparentLamp[radiance = {self.radiance}, origin = {self.origin}, "
+                f"edge_u = {self.u}, edge_v = {self.v}, two_sided = {self.two_sided}, "
+                f"backdrop = {self.backdrop}]"
+            )
 
     return ApparentLamp

@@ -2,25 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-
-
-def vector(props: mi.Properties, name: str, default: Sequence[float]) -> np.ndarray:
-    """Read a point or vector parameter.
-
-    Args:
-        props: `mi.Properties` of the plugin.
-        name: name of the parameter.
-        default: three numbers taken when the parameter is absent.
-
-    Returns:
-        float64 array of shape (3,).
-    """
-    return np.array(props.get(name, mi.ScalarVector3d(*default)), dtype=np.float64).reshape(3)
 
 
 def unit(v: np.ndarray, what: str) -> np.ndarray:

@@ -32,7 +32,7 @@ are not lit.
 
 **Source.** Scene language sections 9.4 and 11.5: an infinity light passes image-based lights.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -56,7 +56,10 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit
+from relume.parameters import POSITIVE, number, vector
+
+RUNS_UNDER = ("polarized",)
 
 MARGIN = 1e-4
 """How far inside the sphere the source lies, in units of the radius."""
@@ -69,11 +72,9 @@ def define() -> type[mi.Emitter]:
         def __init__(self, props):
             mi.Emitter.__init__(self, props)
             self.m_flags = mi.EmitterFlags.DeltaDirection
-            direction = unit(vector(props, "direction", (0, 0, 1)), "the direction of the light")
+            direction = unit(vector(props, "direction", (0, 0, 1)), "direction")
             center = vector(props, "center", (0, 0, 0))
-            radius = float(props.get("radius", 1.0))
-            if not radius > 0:
-                raise ValueError(f"radius is {radius}, but must be above 0")
+            radius = number(props, "radius", 1.0, POSITIVE)
             self.irradiance = props.get_emissive_texture("irradiance", 1.0)
             self.direction = mi.Vector3f(*direction.tolist())
             self.center = mi.Point3f(*center.tolist())

@@ -53,7 +53,7 @@ traces every light that is alive, also those of other scenes.)
 **Source.** Legacy manual, "Spot light source", where :math:`I` is :math:`\pi` times the emission
 of the object.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -80,9 +80,19 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit
+from relume.parameters import ANY, NOT_NEGATIVE, Range, check, number, vector
+
+RUNS_UNDER = ("polarized",)
 
 NO_ATTENUATION_BELOW = 1e-3
+RANGES = {
+    "position": ANY,
+    "direction": ANY,
+    "cutoff_angle": Range(0.0, 180.0, above=True),
+    "falloff_exponent": NOT_NEGATIVE,
+    "attenuation": NOT_NEGATIVE,
+}
 
 
 def define() -> type[mi.Emitter]:
@@ -98,25 +108,16 @@ def define() -> type[mi.Emitter]:
             self.position = mi.Point3f(*position[:3].tolist())
             self.direction = mi.Vector3f(*unit(direction, "direction").tolist())
             self.intensity = props.get_emissive_texture("intensity", 1.0)
-            self.cutoff_angle = mi.Float(props.get("cutoff_angle", 30.0))
-            self.falloff_angle = mi.Float(props.get("falloff_angle", 5.0))
-            self.falloff_exponent = mi.Float(props.get("falloff_exponent", 2.0))
+            self.cutoff_angle = mi.Float(number(props, "cutoff_angle", 30.0))
+            self.falloff_angle = mi.Float(number(props, "falloff_angle", 5.0))
+            self.falloff_exponent = mi.Float(number(props, "falloff_exponent", 2.0))
             self.attenuation = mi.Vector3f(*vector(props, "attenuation", (0, 0, 1)).tolist())
             self._check()
             self._derive()
 
         def _check(self):
-            w, f = float(self.cutoff_angle[0]), float(self.falloff_angle[0])
-            if not 0.0 < w <= 180.0:
-                raise ValueError(f"cutoff_angle must lie in (0, 180] degrees, got {w}")
-            if not 0.0 <= f <= w:
-                raise ValueError(f"falloff_angle must lie in [0, cutoff_angle = {w}], got {f}")
-            if not self.falloff_exponent[0] >= 0.0:
-                raise ValueError(
-                    f"falloff_exponent must not be negative, got {self.falloff_exponent[0]}"
-                )
-            if not dr.all(self.attenuation >= 0.0)[0]:
-                raise ValueError(f"attenuation must not be negative, got {self.attenuation}")
+            check(self, RANGES)
+            Range(0.0, float(self.cutoff_angle[0])).check("falloff_angle", self.falloff_angle[0])
             if self.intensity.is_spatially_varying():
                 raise ValueError("intensity must not vary over a surface")
 
@@ -206,8 +207,9 @@ def define() -> type[mi.Emitter]:
             cb.put("intensity", self.intensity, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
-            self.direction[:] = dr.normalize(self.direction)
             self._check()
+            unit(np.array(dr.detach(self.direction), np.float64).ravel(), "direction")
+            self.direction[:] = dr.normalize(self.direction)
             self._derive()
 
         def to_string(self):

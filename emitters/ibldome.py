@@ -18,7 +18,7 @@ r"""Image-based light on a sphere (``ibldome``)
      - Take 8-bit values as linear, without sRGB decoding. Default: false.
    * - ``scale``
      - float
-     - Factor of the radiance. Default: 1. Differentiable.
+     - Factor of the radiance, 0 or more. Default: 1. Differentiable.
    * - ``map``
      - string
      - How the image covers the sphere: ``transposed``, ``panoramic``, ``angular``,
@@ -62,7 +62,7 @@ prepares the image.
 
 **Source.** Scene language section 11.5; legacy manual, "IBL".
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -94,7 +94,10 @@ import numpy as np
 
 from relume.emitters.common import sample_side, sample_surface_ray, sphere_of
 from relume.emitters.dome_sampling import cell_solid_angles, find_map, texel
+from relume.parameters import NOT_NEGATIVE, check, flag, number, text
 from relume.sensors.colors import LUMINANCE
+
+RUNS_UNDER = ("polarized",)
 
 
 def read_image(props: mi.Properties) -> np.ndarray:
@@ -102,10 +105,10 @@ def read_image(props: mi.Properties) -> np.ndarray:
     if ("filename" in props) == ("bitmap" in props):
         raise ValueError("ibldome: give either filename or bitmap")
     if "filename" in props:
-        bitmap = mi.Bitmap(str(mi.file_resolver().resolve(props["filename"])))
+        bitmap = mi.Bitmap(str(mi.file_resolver().resolve(text(props, "filename"))))
     else:
         bitmap = mi.Bitmap(props["bitmap"])
-    if props.get("raw", False):
+    if flag(props, "raw", False):
         bitmap.set_srgb_gamma(False)
     rgb = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
     return np.array(rgb, dtype=np.float32)
@@ -135,10 +138,10 @@ def define() -> type[mi.Emitter]:
             if "to_world" in props:
                 raise ValueError("ibldome: the shape has the transform, not the light")
             self.m_flags = int(mi.EmitterFlags.Surface) | int(mi.EmitterFlags.SpatiallyVarying)
-            self.map_name = props.get("map", "transposed")
+            self.map_name = text(props, "map", "transposed")
             self.map = find_map(self.map_name)
-            self.hemisphere = props.get("hemisphere", False)
-            self.scale = mi.Float(props.get("scale", 1.0))
+            self.hemisphere = flag(props, "hemisphere", False)
+            self.scale = mi.Float(number(props, "scale", 1.0, NOT_NEGATIVE))
             image = read_image(props)
             self.data = mi.TensorXf(np.atleast_3d(spectral_texels(image)))
             self.d65 = mi.load_dict({"type": "d65"})
@@ -289,11 +292,15 @@ def define() -> type[mi.Emitter]:
                 cb.put("data", self.data, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
+            check(self, {"scale": NOT_NEGATIVE}, keys)
             dr.make_opaque(self.scale)
             if "data" in keys:
                 self._prepare_sampling(np.array(self.data))
 
         def to_string(self):
-            return f"IblDome[{self.width} x {self.height}, map = {self.map_name}]"
+            return (
+                f"IblDome[{self.width} x {self.height}, map = {self.map_name}, "
+                f"scale = {self.scale}, hemisphere = {self.hemisphere}]"
+            )
 
     return IblDome

@@ -45,7 +45,7 @@ scattered ray never does.
 **Source.** Legacy manual, "Directional light"; scenes of that language put ``irradiance`` to
 :math:`\pi` times the emission of the rectangle.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -71,7 +71,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit, vector
+from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit
+from relume.parameters import ANY, vector
+
+RUNS_UNDER = ("polarized",)
 
 
 def define() -> type[mi.Emitter]:
@@ -178,17 +181,18 @@ def define() -> type[mi.Emitter]:
             cb.put("irradiance", self.irradiance, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
-            def numbers(v):
-                return np.array(v, dtype=np.float64).reshape(3)
+            def numbers(name):
+                found = np.array(getattr(self, name), dtype=np.float64).reshape(3)
+                ANY.check(name, *found)
+                return found
 
             if "direction" in keys:
                 self.follows_normal = False
-            edge_u, edge_v = numbers(self.edge_u), numbers(self.edge_v)
-            direction = numbers(self.direction)
+            edge_u, edge_v, direction = (numbers(x) for x in ("edge_u", "edge_v", "direction"))
             if self.follows_normal:
                 direction = np.cross(edge_u, edge_v)
                 self.direction[:] = mi.Vector3f(*direction.tolist())
-            self._derive(numbers(self.origin), edge_u, edge_v, direction)
+            self._derive(numbers("origin"), edge_u, edge_v, direction)
 
         def to_string(self):
             return (

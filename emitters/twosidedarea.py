@@ -42,7 +42,7 @@ promises that their :math:`(u, v)` cover the image once.
 **Source.** M. Pharr, W. Jakob and G. Humphreys, Physically Based Rendering, 4th edition, section
 6.2.4.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -66,6 +66,9 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.emitters.common import sample_side, sample_spectrum, sample_surface_ray, sphere_of
+from relume.parameters import text
+
+RUNS_UNDER = ("polarized",)
 
 BY_TEXTURE = 0.9
 OUTSIDE = 1.001  # distance from a sphere's centre, in radii, from which it is sampled as a cone
@@ -92,7 +95,7 @@ def define() -> type[mi.Emitter]:
             if "to_world" in props:
                 raise ValueError("twosidedarea: the shape has the transform, not the light")
             self.radiance = props.get_emissive_texture("radiance", 1.0)
-            self.name = props.get("name", "")
+            self.name = text(props, "name")
             self.sphere = None
             self._set_flags()
 
@@ -245,6 +248,6 @@ def define() -> type[mi.Emitter]:
             self._set_flags()
 
         def to_string(self):
-            return f"TwoSidedArea[radiance = {self.radiance}]"
+            return f"TwoSidedArea[radiance = {self.radiance}, name = {self.name!r}]"
 
     return TwoSidedArea

@@ -5,7 +5,6 @@ from relume.registration import register_plugins
 PLUGINS = (
     "bdpt",
     "dipole",
-    "dispersivepath",
     "erpt",
     "pssmlt",
     "samplescale",

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
+
+from relume.parameters import POSITIVE, Range, whole
 
 NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
@@ -18,11 +21,15 @@ def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
         props: `mi.Properties` of the outer integrator.
 
     Raises:
-        ValueError: there is none, several, or one that renders no samples of single pixels.
+        ValueError: there is none, several, or one that renders no samples of single pixels, or
+            none without their derivatives, as ``prb``.
     """
     nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
     if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
         raise ValueError(f"{props.plugin_name()} takes one nested sampling integrator")
+    if isinstance(nested[0], mi.CppADIntegrator):
+        differentiating = type(nested[0]).__name__
+        raise ValueError(f"{props.plugin_name()} nests path or its like, not {differentiating}")
     return nested[0]
 
 
@@ -33,7 +40,7 @@ def with_depth_range(
 
     Args:
         integrator: `mi.SamplingIntegrator`.
-        min_depth: shortest path that counts, as in `dispersivepath`.
+        min_depth: shortest path that counts, as in `surfacepath`.
         max_depth: longest path.
 
     Raises:
@@ -41,8 +48,13 @@ def with_depth_range(
     """
     if not hasattr(integrator, "with_depth_range"):
         name = integrator.class_name()
-        raise ValueError(f"{name} cannot leave out the light of some paths; dispersivepath can")
+        raise ValueError(f"{name} cannot leave out the light of some paths; surfacepath can")
     return integrator.with_depth_range(min_depth, max_depth)
+
+
+def step_by_step(integrator: mi.SamplingIntegrator) -> AbstractContextManager[None]:
+    """The context in which an integrator differentiates; one without effect if it needs none."""
+    return getattr(integrator, "step_by_step", nullcontext)()
 
 
 def path_depths(props: mi.Properties) -> tuple[int, int]:
@@ -57,12 +69,8 @@ def path_depths(props: mi.Properties) -> tuple[int, int]:
     Raises:
         ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
     """
-    max_depth = props.get("max_depth", -1)
-    if max_depth < -1:
-        raise ValueError(f"max_depth is {max_depth}, but must be -1 or more")
-    rr_depth = props.get("rr_depth", 5)
-    if rr_depth <= 0:
-        raise ValueError(f"rr_depth is {rr_depth}, but must be above 0")
+    max_depth = whole(props, "max_depth", -1, Range(-1))
+    rr_depth = whole(props, "rr_depth", 5, POSITIVE)
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 
@@ -88,7 +96,7 @@ def russian_roulette(
     Returns:
         (throughput, whether the path goes on).
     """
-    largest = dr.max(throughput)
+    largest = dr.max(dr.detach(throughput))
     survival = dr.minimum(largest * eta * eta, 0.95)
     exposed = depth >= rr_depth
     throughput = dr.select(exposed, throughput * dr.rcp(survival), throughput)

@@ -47,8 +47,9 @@ from relume.bsdfs.subsurface import (
     reduced,
 )
 
-TRUNCATED_SHARE = 1e-3
-"""Share of the light, at most, that a search without a radius of its own leaves out."""
+TRUNCATED_SHARE, NEGLIGIBLE_SHARE = 1e-3, 1e-6
+"""Share of the light, at most, that a search without a radius of its own leaves out: of pictures,
+and of their derivatives, to which the radius adds nothing, though it depends on the medium."""
 
 
 def tail(z: mi.Spectrum, sigma_tr: mi.Spectrum, r: mi.Float) -> mi.Spectrum:
@@ -85,6 +86,7 @@ def sample_channel(weights: mi.Spectrum, sample: mi.Float) -> tuple[mi.UInt32, m
     Returns:
         (index, probability of each channel); all are equally likely where the weights are 0.
     """
+    weights = dr.detach(weights)
     total = dr.sum(weights)
     p = dr.select(total > 0, weights / dr.select(total > 0, total, 1), 1 / len(weights))
     channel, bound = mi.UInt32(0), mi.Float(0)
@@ -137,22 +139,25 @@ class Standard:
     Args:
         medium: `relume.bsdfs.subsurface.SubsurfaceMedium`.
         extent: largest distance in the scene [scene unit].
+        left_out: share of the light beyond the search radius, at most.
     """
 
     includes_single_scattering = False
     """Whether the profile has the light that is scattered only once."""
 
-    def __init__(self, medium: SubsurfaceMedium, extent: mi.Float) -> None:
+    def __init__(
+        self, medium: SubsurfaceMedium, extent: mi.Float, left_out: float = TRUNCATED_SHARE
+    ) -> None:
         _, sigma_t, self.alpha = reduced(medium)
         A = boundary_factor(medium.eta)
         self.R_d = diffuse_reflectance(self.alpha, A)
-        self.sigma_tr = dr.sqrt(3 * medium.sigma_a * sigma_t)
+        self.sigma_tr = dr.safe_sqrt(3 * medium.sigma_a * sigma_t)
         self.eta = medium.eta
         self.z_r = dr.rcp(sigma_t)
         self.z_v = self.z_r * (1 + 4 / 3 * A)
         # Both bounds of the tail: that of the distance and that of absorption.
         reach = dr.minimum(
-            self.z_v / TRUNCATED_SHARE, self.z_v - dr.log(TRUNCATED_SHARE) / self.sigma_tr
+            self.z_v / left_out, self.z_v - dr.log(left_out) / self.sigma_tr
         )
         reach = dr.max(dr.select(self.alpha > 0, reach, 0))
         self.r_max = dr.minimum(dr.select(medium.r_max > 0, medium.r_max, reach), extent)
@@ -274,7 +279,7 @@ class Directional(Standard):
         r2 = dr.squared_norm(x)
 
         D = dr.rcp(3 * sigma_t)
-        sigma_tr = dr.sqrt(medium.sigma_a / D)
+        sigma_tr = dr.safe_sqrt(medium.sigma_a / D)
         d_e = 2.131 * D / dr.sqrt(dr.maximum(alpha, TINY))
         C_phi = 0.25 * (1 - fresnel_moment_1(eta))
         C_E = 0.5 * (1 - fresnel_moment_2(eta))

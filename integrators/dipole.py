@@ -21,7 +21,7 @@ r"""Path tracer with diffusion below surfaces (``dipole``)
      - boolean
      - Hide directly visible emitters. Default: false.
 
-The stock ``path`` for all surfaces but those of the material ``subsurface``. There light that is
+A path tracer for all surfaces but those of the material ``subsurface``. There light that is
 not mirrored leaves by
 
 .. math::
@@ -57,7 +57,12 @@ clamped to the range from -0.999 to 0.999 here, not in :math:`\sigma_s' = (1 - g
 **No scattering** (level -1). Light that crosses the object without scattering is refracted at the
 boundary as by clear glass.
 
-Scenes without ``subsurface`` are rendered by ``path`` itself. Primal rendering only.
+Scenes without ``subsurface`` are rendered by ``surfacepath`` itself.
+
+**Gradients.** The textures of ``subsurface``, and what ``surfacepath`` differentiates in other
+materials, have unbiased derivatives: points, directions and distances are drawn without them, what
+these carry has them. Every step of the paths is kept for that, so memory grows with samples and
+depth: render small pictures, and limit ``max_depth``.
 
 **Source.** H. W. Jensen, S. Marschner, M. Levoy and P. Hanrahan, "A Practical Model for Subsurface
 Light Transport", SIGGRAPH 2001 (``standard`` and single scattering); J. R. Frisvad, T. Hachisuka
@@ -76,10 +81,11 @@ Subsurface Scattering", 2015 (``normalized``).
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 import drjit as dr
 import mitsuba as mi
 
-from relume.bsdfs.common import choice
 from relume.bsdfs.subsurface import SUBSURFACE
 from relume.integrators.common import (
     PreviousVertex,
@@ -88,7 +94,7 @@ from relume.integrators.common import (
     power_heuristic,
     russian_roulette,
 )
-from relume.integrators.diffusion import PROFILES, ExitPoint
+from relume.integrators.diffusion import NEGLIGIBLE_SHARE, PROFILES, TRUNCATED_SHARE, ExitPoint
 from relume.integrators.probing import find_entry
 from relume.integrators.seethrough import Surfaces
 from relume.integrators.translucentmaterials import TranslucentMaterials, medium_of
@@ -101,6 +107,7 @@ from relume.integrators.vertices import (
     sample_emitter,
     through_medium,
 )
+from relume.parameters import choice
 
 SURFACE, ENTRY, INNER, CROSSING = range(4)
 """What the path does next: meets a surface; goes on from where light enters by diffusion; runs on
@@ -114,10 +121,11 @@ def define() -> type[mi.SamplingIntegrator]:
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.profile = choice(props, "profile", tuple(PROFILES))
+            self.left_out = TRUNCATED_SHARE
             self.max_depth, self.rr_depth = path_depths(props)
             self.path = mi.load_dict(
                 {
-                    "type": "path",
+                    "type": "surfacepath",
                     "max_depth": props.get("max_depth", -1),
                     "rr_depth": self.rr_depth,
                     "hide_emitters": self.hide_emitters,
@@ -129,6 +137,27 @@ def define() -> type[mi.SamplingIntegrator]:
             if not materials:
                 return self.path.sample(scene, sampler, ray, medium, active)
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active), materials)
+
+        @contextmanager
+        def step_by_step(self):
+            """Context in which loops are not recorded but run, each step kept for its derivatives.
+
+            A recorded loop can only be run backwards if the number of its steps is bounded.
+            Recorded conditionals within loops that are not make Dr.Jit 1.5 abort.
+            """
+            loops, conditionals = dr.JitFlag.SymbolicLoops, dr.JitFlag.SymbolicConditionals
+            self.left_out = NEGLIGIBLE_SHARE
+            with dr.scoped_set_flag(loops, False), dr.scoped_set_flag(conditionals, False):
+                yield
+            self.left_out = TRUNCATED_SHARE
+
+        def render_forward(self, *args, **kwargs):
+            with self.step_by_step():
+                return super().render_forward(*args, **kwargs)
+
+        def render_backward(self, *args, **kwargs):
+            with self.step_by_step():
+                super().render_backward(*args, **kwargs)
 
         def first_hit(self, scene, ray, active):
             """Return what a camera ray meets, behind the emitters if they are hidden."""
@@ -196,7 +225,9 @@ def define() -> type[mi.SamplingIntegrator]:
                     T = si.bsdf(ray).eval_null_transmission(si, surface)
                     Le *= surfaces.shining(si.shape, T)
                 L = dr.fma(β, Le, L)
-                active_next = active & (depth + 1 < self.max_depth) & (valid | scatters)
+                # On its way out a path is to meet the emitters that its last vertex has sampled.
+                active_next = active & ((depth + 1 < self.max_depth) | crossing)
+                active_next &= valid | scatters
 
                 # ------------------------- emitter sampling -------------------------
 
@@ -272,8 +303,12 @@ def define() -> type[mi.SamplingIntegrator]:
                 u1, u2, u3 = sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
                 diffuses &= active
                 if diffuses:
-                    below = profile(interior.medium, extent)
-                    found = find_entry(scene, materials.objects, si, below, β, u1, u2, u3, diffuses)
+                    below = profile(interior.medium, extent, self.left_out)
+                    guide = profile(dr.detach(interior.medium), extent, self.left_out)
+                    found = find_entry(
+                        scene, materials.objects, dr.detach(si), below, guide, dr.detach(β),
+                        u1, u2, u3, diffuses,
+                    )  # fmt: skip
                     β = β * found.weight
                     ray = found.ray
                     pi = found.pi
@@ -284,7 +319,7 @@ def define() -> type[mi.SamplingIntegrator]:
         def to_string(self):
             return (
                 f"Dipole[profile={self.profile}, max_depth={self.max_depth}, "
-                f"rr_depth={self.rr_depth}]"
+                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}]"
             )
 
     return Dipole

@@ -48,7 +48,7 @@ a limit of consecutive rejections, as in the paper's filters, would darken the p
 
 **Source.** D. Cline, J. Talbot and P. Egbert, "Energy Redistribution Path Tracing", SIGGRAPH 2005.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -66,6 +66,9 @@ import numpy as np
 
 from relume.integrators.markovchains import ChainParameters, run_chains
 from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
+from relume.parameters import Range, whole
+
+RUNS_UNDER = ("polarized",)
 
 
 def define() -> type[mi.AdjointIntegrator]:
@@ -76,9 +79,7 @@ def define() -> type[mi.AdjointIntegrator]:
     class ERPT(Base):
         def __init__(self, props):
             super().__init__(props)
-            self.length = props.get("length", 512)
-            if self.length < 1:
-                raise ValueError(f"length is {self.length}, but must be 1 or more")
+            self.length = whole(props, "length", 512, Range(1))
 
         def render_chains(self, paths, pilot, rng, spp):
             """Render what the chains find: mean colours (pixels, 3)."""
@@ -97,6 +98,6 @@ def define() -> type[mi.AdjointIntegrator]:
             return found.film.sum(0) * (I.mean() * paths.pixels / (chains * self.length))
 
         def to_string(self):
-            return f"ERPT[{self.length} x {self.mutation}, {self.nested}]"
+            return f"ERPT[length={self.length}, {self.settings()}, {self.nested}]"
 
     return ERPT

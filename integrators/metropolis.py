@@ -12,13 +12,19 @@ import numpy as np
 from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
 from relume.integrators.markovchains import ChainResults
 from relume.integrators.primarysamples import MUTATIONS, PathSampler
-from relume.integrators.uniformsamples import Samples, pixel_means, uniform_samples
+from relume.integrators.uniformsamples import Samples, pixel_coverage, pixel_means, uniform_samples
+from relume.parameters import NOT_NEGATIVE, POSITIVE, choice, flag, number
 
 PILOT_SAMPLES = 2**15
 """Uniform samples of each half of the pilot."""
 
 MIN_BOOTSTRAP_SAMPLES = 2**11
 """Least uniform samples of each half of the bootstrap: with few seeds small films are noisy."""
+
+MAX_ALPHA_SAMPLES = 64
+"""Independent samples of a pixel, at most, for its alpha: chains go where light is."""
+
+NO_GRADIENTS = "chains have no derivatives: differentiate by the nested integrator, or by prb"
 
 MAX_DIRECT_DEPTH = 2
 """Longest path of direct light."""
@@ -135,6 +141,15 @@ class Statistics:
         ]
 
 
+def fill(film: mi.Film, channels: list[np.ndarray]) -> None:
+    """Fill a film with a picture: colours (pixels, 3) and, if it has it, alpha (pixels,)."""
+    film.prepare([])
+    block = film.create_block()
+    tensor = np.column_stack([*channels, np.ones(len(channels[0]))]).astype(np.float32)
+    block.tensor()[:] = mi.TensorXf(tensor.ravel(), block.tensor().shape)
+    film.put_block(block)
+
+
 def effective_seeds(I: np.ndarray, chains: int) -> float:
     """Return the effective number of different seeds among `chains` resampled by I (n,)."""
     square = np.sum(I * I)
@@ -145,12 +160,10 @@ def mutation_sizes(name: str, props: mi.Properties) -> tuple[float, float]:
     """The sizes of a mutation.
 
     Raises:
-        ValueError: unknown mutation, or sizes not in order.
+        ValueError: sizes that are no numbers, or not in order.
     """
-    if name not in MUTATIONS:
-        raise ValueError(f"mutation is '{name}', but must be one of {', '.join(MUTATIONS)}")
     _, s1, s2 = MUTATIONS[name]
-    s1, s2 = props.get("mutation_size_min", s1), props.get("mutation_size_max", s2)
+    s1, s2 = number(props, "mutation_size_min", s1), number(props, "mutation_size_max", s2)
     if not 0 < s1 < s2 <= 0.5:
         raise ValueError(f"mutation sizes are {s1} and {s2}, but must rise from above 0 to 0.5")
     return s1, s2
@@ -177,15 +190,14 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
-            self.bootstrap = props.get("bootstrap", 0.25)
-            self.resampling = props.get("resampling", True)
-            self.mutation = props.get("mutation", "mixed")
-            if self.bootstrap <= 0:
-                raise ValueError(f"bootstrap is {self.bootstrap}, but must be above 0")
+            if self.nested.aov_names():
+                name = props.plugin_name()
+                raise ValueError(f"{name} renders colours, no AOVs as {self.nested.class_name()}")
+            self.bootstrap = number(props, "bootstrap", 0.25, POSITIVE)
+            self.resampling = flag(props, "resampling", True)
+            self.mutation = choice(props, "mutation", tuple(MUTATIONS))
             self.s1, self.s2 = mutation_sizes(self.mutation, props)
-            self.direct_samples = props.get("direct_samples", 0.0)
-            if self.direct_samples < 0:
-                raise ValueError(f"direct_samples is {self.direct_samples}, but must be 0 or more")
+            self.direct_samples = number(props, "direct_samples", 0.0, NOT_NEGATIVE)
             self.chained = self.nested
             if self.direct_samples:
                 self.direct = with_depth_range(self.nested, 1, MAX_DIRECT_DEPTH)
@@ -196,8 +208,22 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
         def aov_names(self):
             return []
 
+        def render_forward(self, *args, **kwargs):
+            raise ValueError(NO_GRADIENTS)
+
+        def render_backward(self, *args, **kwargs):
+            raise ValueError(NO_GRADIENTS)
+
         def traverse(self, cb):
             cb.put("paths", self.nested, mi.ParamFlags.NonDifferentiable)
+
+        def settings(self):
+            """Return the parameters that both methods share, as text."""
+            return (
+                f"bootstrap={self.bootstrap}, resampling={self.resampling}, "
+                f"mutation={self.mutation}, mutation_size_min={self.s1}, "
+                f"mutation_size_max={self.s2}, direct_samples={self.direct_samples}"
+            )
 
         def report(self):
             """Return what the chains have done in all renders, as lines of text."""
@@ -208,10 +234,19 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             spp = spp or sensor.sampler().sample_count()
             rng = np.random.default_rng(int(np.array(seed).ravel()[0]))
             paths = PathSampler(scene, sensor, self.chained)
+            film = sensor.film()
+            if film.flags() & +mi.FilmFlags.Special:
+                raise ValueError(f"chains fill films of colours, no {film.class_name()}")
             with dr.suspend_grad():
-                picture = self.render_image(paths, rng, spp)
-            shape = (paths.height, paths.width, 3)
-            return mi.TensorXf(picture.ravel().astype(np.float32), shape)
+                channels = [self.render_image(paths, rng, spp)]
+                if film.flags() & +mi.FilmFlags.Alpha:
+                    count = min(spp, MAX_ALPHA_SAMPLES)
+                    channels.append(pixel_coverage(paths, count, int(rng.integers(2**31))))
+            fill(film, channels)
+            if develop:
+                return film.develop()
+            film.schedule_storage()
+            return mi.TensorXf()
 
         def render_image(self, paths, rng, spp):
             """Render all light: mean colours (pixels, 3)."""

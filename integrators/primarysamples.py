@@ -20,7 +20,7 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.sensors.colors import absolute_luminance
-from relume.sensors.pixelsamples import sample_pixels
+from relume.sensors.pixelsamples import PixelFilter, PixelSample, trace_pixels
 
 BELOW_ONE = 1 - 2.0**-24
 """The largest number that a sampler may return in single precision."""
@@ -154,6 +154,7 @@ class PathSampler:
         self.size = mi.Vector2f(self.width, self.height)
         self.columns, self.pixel_count = mi.UInt32(self.width), mi.UInt32(self.pixels)
         dr.make_opaque(self.size, self.columns, self.pixel_count)
+        self.filter = PixelFilter(sensor.film())
 
     def film_position(
         self, i: mi.UInt32, n: mi.UInt32, jitter: mi.Float, u: mi.Point2f
@@ -185,18 +186,29 @@ class PathSampler:
             Colour of the path, 0 where it is not finite (`mi.Color3f`, linear RGB); index of its
             pixel; count of the numbers it drew.
         """
+        found, weight, pixel, drawn = self._trace(number)
+        f = found.color * weight
+        f = dr.select(dr.isfinite(absolute_luminance(f)), f, 0)
+        return f, pixel, drawn
+
+    def cover(self, number: Numbers) -> mi.Float:
+        """Trace the path of a row of numbers: 1 if it shows something, else 0, by the filter."""
+        found, weight, _, _ = self._trace(number)
+        return dr.select(found.valid, weight, 0)
+
+    def _trace(self, number: Numbers) -> tuple[PixelSample, mi.Float, mi.UInt32, mi.UInt32]:
+        """What a path finds, the weight of its place, its pixel, and how many numbers it drew."""
         on_film = mi.Point2f(number(mi.UInt32(0)), number(mi.UInt32(1))) * self.size
         corner = mi.Point2u(on_film)
         in_pixel = on_film - mi.Point2f(corner)
+        place, weight = self.filter.place(mi.Point2f(corner), in_pixel, self.size)
         sampler = sampler_class(mi.variant())(number, 2)
-        f = sample_pixels(
+        found = trace_pixels(
             self.scene,
             self.sensor,
             self.integrator,
             sampler,
-            mi.Point2f(corner),
-            in_pixel,
-            self.size,
+            (mi.Point2f(corner) + place) / self.size,
         )
-        f = dr.select(dr.isfinite(absolute_luminance(f)), f, 0)
-        return f, corner.y * self.columns + corner.x, mi.UInt32(sampler.dimension)
+        pixel = corner.y * self.columns + corner.x
+        return found, weight, pixel, mi.UInt32(sampler.dimension)

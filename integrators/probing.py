@@ -71,6 +71,7 @@ def find_entry(
     objects: TranslucentObjects,
     si: mi.SurfaceInteraction3f,
     profile: Standard,
+    guide: Standard,
     throughput: mi.Spectrum,
     sample1: mi.Point2f,
     sample2: mi.Point2f,
@@ -84,6 +85,7 @@ def find_entry(
         objects: the scene's translucent ones.
         si: where light leaves.
         profile: of `relume.integrators.diffusion`, for the medium behind `si`.
+        guide: the same without gradients, from which the point is drawn.
         throughput: ``mi.Spectrum`` of the path, which the choice of the channel follows.
         sample1: ``mi.Point2f``, uniform variates for channel and axis.
         sample2: ``mi.Point2f``, for the point on the disk.
@@ -93,15 +95,15 @@ def find_entry(
     Returns:
         `Entry`; its weight is 0 where no point was found.
     """
-    channel, p_channel = sample_channel(throughput * profile.R_d, sample1.x)
+    channel, p_channel = sample_channel(throughput * guide.R_d, sample1.x)
     frame, disk = choose_axis(si.n, sample1.y)
-    r = profile.sample_radius(channel, sample2.x)
+    r = guide.sample_radius(channel, sample2.x)
     sin, cos = dr.sincos(dr.two_pi * sample2.y)
     offset = disk.to_world(mi.Vector3f(r * cos, r * sin, 0))
 
     # Heights below `rounding` cannot be told from 0; the ray has to be longer than that.
     rounding = ROUNDING * (1 + dr.max(dr.abs(si.p)))
-    height = dr.sqrt(dr.maximum(profile.r_max * profile.r_max - r * r, 0)) + 16 * rounding
+    height = dr.sqrt(dr.maximum(guide.r_max * guide.r_max - r * r, 0)) + 16 * rounding
     first = dr.zeros(mi.Ray3f)
     first.o, first.d = dr.fma(height, disk.n, si.p + offset), -disk.n
     first.maxt, first.time, first.wavelengths = 2 * height, si.time, si.wavelengths
@@ -109,6 +111,7 @@ def find_entry(
     own = objects.at(si, active)
     chosen = dr.zeros(mi.PreliminaryIntersection3f)
     value, chosen_weight, total = mi.Spectrum(0), mi.Float(1), mi.Float(0)
+    chosen_p, chosen_distance = mi.Float(1), mi.Float(1)
     ray, t, u = mi.Ray3f(first), mi.Float(0), mi.Float(sample3)
     hits = mi.UInt32(0)
     searching = mi.Bool(active)
@@ -122,11 +125,11 @@ def find_entry(
         d = dr.fma(z, disk.n, offset)
         distance = dr.norm(d)
         same = searching & objects.at(hit, searching).is_same(own)
-        same &= distance <= profile.r_max
-        p = density(profile, p_channel, frame, d, hit.n)
-        carried = profile.weight(distance) / dr.maximum(p, 1e-30)
+        same &= distance <= guide.r_max
+        p = density(guide, p_channel, frame, d, hit.n)
+        carried = guide.weight(distance) / dr.maximum(p, 1e-30)
         weight = dr.select(
-            same & (p > 0), dr.mean(throughput * profile.value(distance)) / dr.maximum(p, 1e-30), 0
+            same & (p > 0), dr.mean(throughput * guide.value(distance)) / dr.maximum(p, 1e-30), 0
         )
         # Weighted reservoir; u stays uniform.
         total += weight
@@ -137,6 +140,8 @@ def find_entry(
         kept.t = mi.Float(t)
         chosen = dr.select(take, kept, chosen)
         value = dr.select(take, carried, value)
+        chosen_p = dr.select(take, p, chosen_p)
+        chosen_distance = dr.select(take, distance, chosen_distance)
         chosen_weight = dr.select(take, weight, chosen_weight)
 
         onwards = hit.spawn_ray(ray.d)
@@ -148,4 +153,6 @@ def find_entry(
 
     found = total > 0
     scale = dr.select(found, total / chosen_weight, 0)
+    attached = profile.weight(chosen_distance) / dr.maximum(chosen_p, 1e-30)
+    value = dr.replace_grad(value, dr.select(found, attached, 0))
     return Entry(first, chosen, value * scale)

@@ -39,7 +39,7 @@ r"""Metropolis light transport in primary sample space (``pssmlt``)
      - float
      - Independent samples per mutation, at least one per pixel, that find emitters and direct
        light; with 0 the chains do. The nested integrator must be able to render paths of a range
-       of depths, as ``dispersivepath`` is. Default: 0.
+       of depths, as ``surfacepath`` is. Default: 0.
    * - ``fallback``
      - boolean
      - Render scenes whose paths are all about equally bright by independent samples. Default:
@@ -88,7 +88,7 @@ very bright path show as bright pixels.
 Strategy for the Metropolis Light Transport Algorithm", Computer Graphics Forum 2002; E. Veach and
 L. Guibas, "Metropolis Light Transport", SIGGRAPH 1997 (two stages).
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -106,6 +106,9 @@ import numpy as np
 
 from relume.integrators.markovchains import ChainParameters, run_chains
 from relume.integrators.metropolis import effective_seeds, metropolis_class, systematic_resampling
+from relume.parameters import Range, flag, number, whole
+
+RUNS_UNDER = ("polarized",)
 
 MIN_CHAIN_LENGTH = 64
 """Least steps of a chain; short renders have fewer chains."""
@@ -125,13 +128,9 @@ def define() -> type[mi.AdjointIntegrator]:
     class PSSMLT(Base):
         def __init__(self, props):
             super().__init__(props)
-            self.p_large = props.get("large_step_probability", 0.3)
-            self.chains = props.get("chains", 16384 if "cuda" in mi.variant() else 256)
-            self.fallback = props.get("fallback", True)
-            if not 0 <= self.p_large <= 1:
-                raise ValueError(f"large_step_probability is {self.p_large}, not from 0 to 1")
-            if self.chains < 2:
-                raise ValueError(f"chains is {self.chains}, but must be 2 or more")
+            self.p_large = number(props, "large_step_probability", 0.3, Range(0.0, 1.0))
+            self.chains = whole(props, "chains", 16384 if "cuda" in mi.variant() else 256, Range(2))
+            self.fallback = flag(props, "fallback", True)
 
         def fallback_reason(self, pilot):
             reason = super().fallback_reason(pilot)
@@ -175,6 +174,9 @@ def define() -> type[mi.AdjointIntegrator]:
             return uniform * (paths.pixels / n_u) + chained
 
         def to_string(self):
-            return f"PSSMLT[{self.mutation}, {self.nested}]"
+            return (
+                f"PSSMLT[{self.settings()}, large_step_probability={self.p_large}, "
+                f"chains={self.chains}, fallback={self.fallback}, {self.nested}]"
+            )
 
     return PSSMLT

@@ -12,11 +12,11 @@ r"""Factor and limit of every sample (``samplescale``)
      - Sampling integrator whose samples are changed. Required.
    * - ``response``
      - float
-     - Factor of the radiance :math:`k \ge 0`. Default: 1.
+     - Factor of the radiance :math:`k \ge 0`. Default: 1. Exposed.
    * - ``luminance_limit``
      - float
      - Largest luminance :math:`Y_{max}` of one sample before the factor; 0 for no limit. Default:
-       0.
+       0. Exposed.
 
 A sample of radiance :math:`L` and luminance :math:`Y` becomes
 :math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture
@@ -31,7 +31,7 @@ are. A sample that carries its first wavelength alone, as dispersion leaves it, 
 at most `luminance_cutoff` to the average of a pixel, so :math:`Y_{max}` is that times the samples
 per pixel.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** All.
 
 **Usage.**
 
@@ -45,7 +45,11 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.common import nested_integrator, with_depth_range
+from relume.integrators.common import nested_integrator, step_by_step, with_depth_range
+from relume.parameters import NOT_NEGATIVE, check, expose, number, plain
+
+RUNS_UNDER = ("scalar", "polarized")
+RANGES = {"response": NOT_NEGATIVE, "luminance_limit": NOT_NEGATIVE}
 
 
 def luminance(L: mi.Spectrum, wavelengths: mi.Spectrum) -> mi.Float:
@@ -55,6 +59,7 @@ def luminance(L: mi.Spectrum, wavelengths: mi.Spectrum) -> mi.Float:
         L: their radiance.
         wavelengths: those of their rays [nm], in spectral variants.
     """
+    L = mi.unpolarized_spectrum(L)
     if not mi.is_spectral:
         return mi.luminance(L, wavelengths)
     weight = dr.rcp(mi.pdf_rgb_spectrum(wavelengths))
@@ -71,23 +76,39 @@ def define() -> type[mi.SamplingIntegrator]:
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
-            self.factor = props.get("response", 1.0)
-            limit = props.get("luminance_limit", 0.0)
-            self.limited = limit > 0
-            self.response, self.luminance_limit = mi.Float(self.factor), mi.Float(limit)
+            self.response = mi.Float(number(props, "response", 1.0))
+            self.luminance_limit = mi.Float(number(props, "luminance_limit", 0.0))
+            self.parameters_changed([])
+
+        def parameters_changed(self, keys):
+            check(self, RANGES, keys)
+            self.limited = plain(self.luminance_limit) > 0
             dr.make_opaque(self.response, self.luminance_limit)
+
+        def step_by_step(self):
+            return step_by_step(self.nested)
 
         def with_depth_range(self, min_depth, max_depth):
             if self.limited:
                 raise ValueError("samplescale: luminance_limit applies to all depths at once")
             nested = with_depth_range(self.nested, min_depth, max_depth)
-            return mi.load_dict({"type": "samplescale", "response": self.factor, "nested": nested})
+            response = plain(self.response)
+            return mi.load_dict({"type": "samplescale", "response": response, "nested": nested})
+
+        def render_forward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                return super().render_forward(*args, **kwargs)
+
+        def render_backward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                super().render_backward(*args, **kwargs)
 
         def aov_names(self):
             return self.nested.aov_names()
 
         def traverse(self, cb):
             cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+            expose(self, cb, tuple(RANGES))
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
             L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
@@ -97,6 +118,9 @@ def define() -> type[mi.SamplingIntegrator]:
             return L * self.response, valid, aovs
 
         def to_string(self):
-            return f"SampleScale[{self.nested}]"
+            return (
+                f"SampleScale[response={self.response}, luminance_limit={self.luminance_limit}, "
+                f"{self.nested}]"
+            )
 
     return SampleScale

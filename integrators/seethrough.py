@@ -69,6 +69,7 @@ class Surfaces:
         masked_lamps: whether some shape that shines has a ``mask``.
         solid_lamps: shapes that shine and let light pass, but whose light no mask holds back.
         backdrops: shapes that are not lit where they are seen.
+        spheres: lamps that are spheres.
     """
 
     def __init__(self, scene: mi.Scene) -> None:
@@ -83,6 +84,7 @@ class Surfaces:
         self.masked_lamps = bool(masked)
         self.solid_lamps = solid
         lamps = [shape for shape in scene.shapes() if shape.is_emitter()]
+        self.spheres = [lamp for lamp in lamps if lamp.class_name() == "Sphere"]
         self.backdrops = [lamp for lamp in lamps if getattr(lamp.emitter(), "backdrop", False)]
 
     def unlit(self, shape: Any, seen: Any) -> Any:
@@ -96,6 +98,22 @@ class Surfaces:
         for backdrop in self.backdrops:
             found |= shape == mi.ShapePtr(backdrop)
         return found & seen
+
+    def light_themselves(self, si: Any, ds: Any) -> Any:
+        """Whether a sphere's inner side is to be lit by the outer one.
+
+        To single precision a point of a sphere is as often before it as within, and the stock
+        sphere samples what would be seen from there: the outer side of the point itself.
+
+        Args:
+            si: `mi.SurfaceInteraction3f`, the point that is lit.
+            ds: `mi.DirectionSample3f` of a lamp.
+        """
+        on_sphere = mi.Bool(False)
+        for sphere in self.spheres:
+            on_sphere |= si.shape == mi.ShapePtr(sphere)
+        itself = on_sphere & (ds.emitter.get_shape() == si.shape)
+        return itself & (dr.dot(si.n, ds.d) < 0) & (dr.dot(ds.n, ds.d) < 0)
 
     def shining(self, shape: Any, T: Any) -> Any:
         """The share of its emission with which a surface of null transmission `T` shines."""

@@ -17,7 +17,7 @@ have none.
 
 **Source.** Legacy manual, `shadow`; scene language section 11.7.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** All.
 
 **Usage.**
 
@@ -30,7 +30,9 @@ from __future__ import annotations
 
 import mitsuba as mi
 
-from relume.integrators.common import nested_integrator, with_depth_range
+from relume.integrators.common import nested_integrator, step_by_step, with_depth_range
+
+RUNS_UNDER = ("scalar", "polarized")
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -41,9 +43,20 @@ def define() -> type[mi.SamplingIntegrator]:
             mi.SamplingIntegrator.__init__(self, props)
             self.nested = nested_integrator(props)
 
+        def step_by_step(self):
+            return step_by_step(self.nested)
+
         def with_depth_range(self, min_depth, max_depth):
             nested = with_depth_range(self.nested, min_depth, max_depth)
             return mi.load_dict({"type": "shadowcatching", "nested": nested})
+
+        def render_forward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                return super().render_forward(*args, **kwargs)
+
+        def render_backward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                super().render_backward(*args, **kwargs)
 
         def aov_names(self):
             return self.nested.aov_names()

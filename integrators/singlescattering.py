@@ -39,7 +39,7 @@ def phase(medium: SubsurfaceMedium, cos: mi.Float) -> mi.Spectrum:
 def phase_mixture(medium: SubsurfaceMedium, throughput: mi.Spectrum, cos: mi.Float) -> mi.Float:
     """Return the density of `sample_phase` [1/sr], at the cosine of its two directions."""
     _, p = sample_channel(throughput, mi.Float(0))
-    return dr.sum(p * phase(medium, cos))
+    return dr.sum(p * dr.detach(phase(medium, cos)))
 
 
 def sample_phase(
@@ -59,7 +59,7 @@ def sample_phase(
         sample2: ``mi.Point2f``, uniform variates for the direction.
     """
     channel, _ = sample_channel(throughput, sample1)
-    g = component(clamped(medium.g), channel)
+    g = component(dr.detach(clamped(medium.g)), channel)
     cos = dr.mulsign(1 - sample_henyey_greenstein(g, sample2.x), g)
     sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
     sin = dr.safe_sqrt(1 - cos * cos)
@@ -82,11 +82,11 @@ def sample_distance(
     """
     sigma_t = medium.sigma_s + medium.sigma_a
     channel, p = sample_channel(throughput, sample.x)
-    s = -dr.log(1 - sample.y) / dr.maximum(component(sigma_t, channel), 1e-30)
+    s = -dr.log(1 - sample.y) / dr.maximum(component(dr.detach(sigma_t), channel), 1e-30)
     scatters = s < distance
     s = dr.minimum(s, distance)
     T = dr.exp(-sigma_t * s)
-    pdf = dr.sum(p * T * dr.select(scatters, sigma_t, 1))
+    pdf = dr.sum(p * dr.detach(T) * dr.select(scatters, dr.detach(sigma_t), 1))
     weight = T * dr.select(scatters, medium.sigma_s, 1)
     return scatters, s, dr.select(pdf > 0, weight / dr.select(pdf > 0, pdf, 1), 0)
 
@@ -110,6 +110,7 @@ def leave_straight(
     F_t, cos_t = fresnel_transmission(dr.maximum(cos, 0), medium.eta)
     bent = dr.fma(si.sh_frame.n, cos_t - cos / medium.eta, w / medium.eta)
     ratio = cos / dr.maximum(cos_t, 1e-6)
-    T = dr.exp(-(medium.sigma_s + medium.sigma_a) * si.t * ratio)
+    t = dr.select(dr.isfinite(si.t), si.t, 0)  # 0 times infinity is a NaN gradient
+    T = dr.exp(-(medium.sigma_s + medium.sigma_a) * t * ratio)
     value = medium.tint * phase(medium, dr.dot(bent, before)) * T * (F_t * ratio)
     return dr.select(cos > 0, value, 0)

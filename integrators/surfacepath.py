@@ -82,6 +82,7 @@ import mitsuba as mi
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.common import NO_LIMIT, path_depths, power_heuristic
 from relume.integrators.seethrough import Surfaces
+from relume.parameters import Range, whole
 
 LOSSLESS = 1 - 1e-5
 """Share of the light that a bounce keeps at least to count as one that loses nothing."""
@@ -112,15 +113,8 @@ def define() -> type[mi.SamplingIntegrator]:
     class SurfacePath(mi.SamplingIntegrator):
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
-            if not dr.is_jit_v(mi.Float) or mi.is_polarized:
-                raise ValueError(
-                    f"surfacepath does not work in {mi.variant()}, but in llvm_ad_rgb, "
-                    "llvm_ad_mono, llvm_ad_spectral and their counterparts cuda_ad_*"
-                )
             self.max_depth, self.rr_depth = path_depths(props)
-            self.min_depth = props.get("min_depth", 1)
-            if self.min_depth < 1:
-                raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
+            self.min_depth = whole(props, "min_depth", 1, Range(1))
 
         def with_depth_range(self, min_depth, max_depth):
             """The same integrator for the light of paths of some lengths alone."""
@@ -258,6 +252,8 @@ def define() -> type[mi.SamplingIntegrator]:
                 si, sampler.next_2d(), not surfaces.see_through, lit
             )
             lit &= ds.pdf != 0
+            if surfaces.spheres:
+                lit &= ~surfaces.light_themselves(si, ds)
             if dr.grad_enabled(si.p):  # the surface moves, the sampled point stays
                 ds.d = dr.normalize(ds.p - si.p)
                 L = scene.eval_emitter_direction(si, ds, lit)

@@ -17,8 +17,6 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 
 @dataclass
@@ -154,6 +152,9 @@ def components(meshes: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarr
     """
     if not meshes:
         return []
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     counts = [len(vertices) for vertices, _ in meshes]
     offsets = np.concatenate([[0], np.cumsum(counts)])
     faces = np.concatenate(

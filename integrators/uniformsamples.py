@@ -123,3 +123,12 @@ def pixel_means(paths: PathSampler, spp: int, seed: int) -> tuple[np.ndarray, fl
         for total, values in zip(sums, found, strict=True):
             total += dr.block_sum(values, count).numpy()
     return sums[:3].T / spp, sums[3].sum(), sums[4].sum()
+
+
+def pixel_coverage(paths: PathSampler, spp: int, seed: int) -> np.ndarray:
+    """The share of each pixel in which something is shown (pixels,); arguments as `pixel_means`."""
+    n, own_seed = (dr.opaque(mi.UInt32, x) for x in (spp * paths.pixels, seed))
+    lane = dr.arange(mi.UInt32, spp * paths.pixels)
+    own, position = stratified_rows(paths, lane, mi.UInt32(0), n, own_seed)
+    shown = paths.cover(lambda d: with_film_position(position, d, uniform(own, d)))
+    return dr.block_sum(shown + dr.zeros(mi.Float, len(lane)), spp).numpy() / spp

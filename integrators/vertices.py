@@ -252,6 +252,8 @@ def sample_emitter(
     """
     ds, weight = scene.sample_emitter_direction(vertex, sample, False, active)
     active = active & (ds.pdf != 0)
+    if dr.hint(surfaces.spheres, mode="scalar"):
+        active &= ~surfaces.light_themselves(vertex, ds)
     shadow = vertex.spawn_ray_to(ds.p)
     arrives, inside = mi.Spectrum(0), mi.Bool(False)
     left = dr.zeros(mi.SurfaceInteraction3f)

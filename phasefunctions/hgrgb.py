@@ -28,7 +28,7 @@ linear between. The stock ``hg`` has one g and takes neither 1 nor -1.
 Journal 93, 1941, eq. 2; legacy manual, `PAHASE`. Its inverse, by which directions are drawn, is in
 `relume.phasefunctions.henyeygreenstein`.
 
-**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+**Variants.** All; light is depolarized.
 
 **Usage.**
 
@@ -41,10 +41,13 @@ from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
+from relume.parameters import Range, check, expose, vector
 from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
 
+RUNS_UNDER = ("scalar", "polarized")
+
+MEAN_COSINE = Range(-1.0, 1.0)
 BLUE, GREEN, RED = 464.0, 549.0, 611.0
 """Dominant wavelengths of the primaries of sRGB [nm]."""
 
@@ -64,17 +67,15 @@ def define() -> type[mi.PhaseFunction]:
     class HenyeyGreensteinRGB(mi.PhaseFunction):
         def __init__(self, props):
             mi.PhaseFunction.__init__(self, props)
-            g = np.array(props.get("g", mi.ScalarVector3d(0)), float).reshape(3)
-            if not np.all(np.abs(g) <= 1):
-                raise ValueError(f"hgrgb: g is {g.tolist()}, but must be in [-1, 1]")
-            self.g = mi.Color3f(*g.tolist())
+            self.g = mi.Color3f(*vector(props, "g", (0, 0, 0), MEAN_COSINE).tolist())
             self.m_flags = +mi.PhaseFunctionFlags.Anisotropic
             self.parameters_changed([])
 
         def traverse(self, cb):
-            cb.put("g", self.g, mi.ParamFlags.NonDifferentiable)
+            expose(self, cb, ("g",))
 
         def parameters_changed(self, keys):
+            check(self, {"g": MEAN_COSINE})
             dr.make_opaque(self.g)
 
         def channels(self, wavelengths):

@@ -13,6 +13,7 @@ from relume import translator
 from relume.loading import (
     SceneSource,
     for_mitsuba,
+    inputs_of,
     load_scene,
     open_session,
     settle_variant,
@@ -59,10 +60,13 @@ def write(document: Document, path: str | os.PathLike[str], *, overwrite: bool =
         overwrite: whether a file that exists is replaced.
 
     Raises:
-        FileExistsError: there is such a file, and `overwrite` is false.
+        FileExistsError: there is such a file, and `overwrite` is false; or the document reads it,
+            under whatever name.
         ValueError: a value that no scene file can hold; see `translator.printer.print_document`.
     """
     text = print_document(document)
+    if overwrite and os.path.exists(path) and (name := inputs_of(document).over(path)) is not None:
+        raise FileExistsError(f"cannot write {path}: the scene reads it, as {name}")
     with open(path, "w" if overwrite else "x", encoding="utf-8", newline="\n") as file:
         file.write(text)
 

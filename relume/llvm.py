@@ -226,10 +226,10 @@ def already_loaded() -> Library:
     """
     import drjit as dr
 
-    early = "drjit was imported before relume"
+    early = f"{'mitsuba' if 'mitsuba' in sys.modules else 'drjit'} was imported before relume"
     user = os.environ.get(VARIABLE)
     if not dr.has_backend(dr.JitBackend.LLVM):
-        reason = f"{early} and found no LLVM library; import relume first. {ADVICE}"
+        reason = f"{early} and found no LLVM library; {remedy()}"
         return Library(None, "none", reason=reason)
     path = _mapped_library()
     if path is None:
@@ -240,8 +240,19 @@ def already_loaded() -> Library:
     library = judge(Library(path, "user" if user else "system", _version_in(path)))
     if library.usable:
         return library
-    reason = f"{early} and loaded {path}: {library.reason}; import relume first. {ADVICE}"
+    reason = f"{early} and loaded {path}: {library.reason}; {remedy()}"
     return replace(library, reason=reason)
+
+
+def remedy() -> str:
+    """What helps where Dr.Jit was imported too early: a library that is here, or one to get."""
+    choice = choose()
+    if choice.usable:
+        return (
+            "import relume before mitsuba and drjit, or set the environment variable "
+            f"{VARIABLE}={choice.path} before Python starts"
+        )
+    return f"import relume first. {ADVICE}"
 
 
 def _mapped_library() -> str | None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 import os
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any, overload
 
 import mitsuba as mi
@@ -22,13 +22,16 @@ from relume.session import (
     Integrator,
     Scene,
     Session,
+    check_cameras,
     reason,
     set_variant,
     thread_count,
     variant_context,
 )
 from relume.translator import Document, Translation, files_read
+from relume.translator.diagnostics import SceneError
 from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
+from relume.turns import alone
 
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
@@ -140,6 +143,14 @@ def translated_with_inputs(
     return translation, Inputs([translation.document.path, *read, *named])
 
 
+def inputs_of(document: Document) -> Inputs:
+    """The files that a document reads, as far as they are told if others are missing."""
+    named: Iterable[str] = ()
+    with files_read.recorded() as read, suppress(SceneError):
+        named = file_names(translated(document, RenderOptions()).scene)
+    return Inputs([document.path, *read, *named])
+
+
 # ---- variants
 
 
@@ -200,6 +211,8 @@ def settle_variant(plan: RenderPlan, wanted: str | None = None) -> None:
 def variant_and_threads(translation: Translation, wanted: str | None = None) -> Iterator[None]:
     """Context in which the variant of a translated scene and its number of threads are set.
 
+    Both are the process's, so other threads wait.
+
     Args:
         translation: the translated scene.
         wanted: variant instead of the planned one.
@@ -208,6 +221,7 @@ def variant_and_threads(translation: Translation, wanted: str | None = None) -> 
         CannotRender: the variant does not work here.
     """
     with (
+        alone(),
         variant_context(usable_variant(translation.plan, wanted)),
         thread_count(translation.document.thread),
     ):
@@ -246,7 +260,8 @@ def load_scene(translation: Translation) -> Scene:
     """The Mitsuba scene of a translation; a variant must be set.
 
     Raises:
-        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision.
+        CannotRender: Mitsuba does not take it, such as for numbers beyond single precision, or its
+            camera has no rays.
     """
     shapes = [entry.get("type") for entry in translation.scene.values() if isinstance(entry, dict)]
     # Mitsuba 3.9 merges rectangles of one BSDF into a mesh without a bounding box. Lights at
@@ -257,9 +272,11 @@ def load_scene(translation: Translation) -> Scene:
         translation, scene=translation.scene | {"integrator": integrator}
     )
     try:
-        return mi.load_dict(translation.dictionary(), optimize=safe)
+        scene = mi.load_dict(translation.dictionary(), optimize=safe)
     except (RuntimeError, TypeError) as error:
         raise CannotRender(f"Mitsuba does not take the scene: {reason(error)}") from error
+    check_cameras(scene, translation.document.path)
+    return scene
 
 
 def for_variant(integrator: dict[str, Any]) -> dict[str, Any]:

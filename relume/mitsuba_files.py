@@ -21,6 +21,7 @@ from relume.fingerprint import FILE_KEY
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason, set_variant
 from relume.translator import Document, Translation, files_read
+from relume.translator.outcome_rows import Note
 from relume.translator.plan import METROPOLIS, RGB, SPECTRAL, RenderPlan, plugin_types
 from relume.translator.scene import OWN_PLUGINS
 from relume.translator.scene_values import Entry, Matrix
@@ -101,7 +102,15 @@ class MitsubaFile:
             supersampling=1,
             output=f"{Path(self.path).stem}.exr",
         )
-        return Translation(document, self.scene, plan_of(self))
+        return MitsubaTranslation(document, self.scene, plan_of(self))
+
+
+class MitsubaTranslation(Translation):
+    """A Mitsuba scene as what a translated scene file is."""
+
+    def picture_notes(self) -> tuple[Note, ...]:
+        """None: of Mitsuba's emitters only the loaded scene tells whether they are there."""
+        return ()
 
 
 def is_mitsuba_file(path: str | os.PathLike[str]) -> bool:

@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-import functools
-import threading
-
 import mitsuba as mi
 
 from relume import bsdfs, emitters, integrators, phasefunctions, sensors, textures
+from relume.turns import in_turn
 
 PACKAGES = (bsdfs, emitters, integrators, phasefunctions, sensors, textures)
 
-_set_variant = mi.set_variant
-_setting = threading.RLock()
-
-
-@functools.wraps(_set_variant)
-def _set_variant_in_turn(*names: str) -> None:
-    """Set a variant when no other thread is about to.
-
-    Mitsuba switches first and calls back then: another thread that sets the same variant meanwhile
-    would return at once, and find plugins missing.
-    """
-    with _setting:
-        _set_variant(*names)
-
-
-mi.set_variant = _set_variant_in_turn
+# Mitsuba switches variants first and calls back then: another thread that sets the same variant
+# meanwhile would return at once, and find plugins missing. For the others see `turns`.
+for _name in ("set_variant", "load_dict", "load_file", "load_string", "render"):
+    setattr(mi, _name, in_turn(getattr(mi, _name), _name.startswith("load")))

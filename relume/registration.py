@@ -58,8 +58,27 @@ def register_plugins(kind: str, package: str, names: tuple[str, ...]) -> None:
 
 def _make(module: str, variant: str, props: Any) -> Any:
     with _DEFINING:
+        _check_variant(module, variant)
         plugin = _plugin_class(module, variant)
     return plugin(props)
+
+
+def runs_under(module: str, variant: str) -> bool:
+    """Whether the plugin of a module works under a variant.
+
+    A plugin works under ``llvm_ad_*`` and ``cuda_ad_*``. It is to say so if it also works under
+    others: ``RUNS_UNDER = ("scalar", "polarized")`` in its module, or one of the two.
+    """
+    also = getattr(import_module(module), "RUNS_UNDER", ())
+    return all(kind in also for kind in ("scalar", "polarized") if kind in variant)
+
+
+def _check_variant(module: str, variant: str) -> None:
+    """Raise ValueError with the variants that work if the plugin of a module does not run here."""
+    if not runs_under(module, variant):
+        works = ", ".join(name for name in mi.variants() if runs_under(module, name))
+        name = module.rpartition(".")[2]
+        raise ValueError(f"{name} does not work under {variant}; it works under {works}")
 
 
 @functools.cache

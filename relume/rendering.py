@@ -21,9 +21,10 @@ from relume.options import RenderOptions
 from relume.passes import Pass, PassPlan, PassSet
 from relume.passes_file import Header
 from relume.progress import Progress, TimeLimit, interruptible, progress_bar
-from relume.session import CannotRender, accumulate, sees_nothing
+from relume.session import CannotRender, Scene, accumulate, sees_nothing
 from relume.translator import Document, Translation
-from relume.translator.darkness import NOTHING_SEEN
+from relume.translator.darkness import NOTHING_SEEN, NOTHING_SHINES
+from relume.translator.outcome_rows import Note
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -195,8 +196,8 @@ def rendered_passes(
     """
     if cluster is None:
         with open_session(translation, options) as session:
-            if not translation.picture_notes() and sees_nothing(session.scene):
-                checkpoint.console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
+            if not translation.picture_notes() and (note := empty_picture_note(session.scene)):
+                checkpoint.console.print(f"[yellow]{note.text}[/]", highlight=False)
             with closing(session.render(to_do)) as found:
                 yield found
             for line in getattr(session.integrator, "report", list)():
@@ -262,6 +263,13 @@ def report_losses(translation: Translation, console: Console) -> None:
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
     for note in translation.picture_notes():
         console.print(f"[yellow]{note.text}[/]", highlight=False)
+
+
+def empty_picture_note(scene: Scene) -> Note | None:
+    """What a loaded scene says of a picture that stays empty."""
+    if not scene.emitters():
+        return NOTHING_SHINES
+    return NOTHING_SEEN if sees_nothing(scene) else None
 
 
 def report_noise(accumulator: Accumulator, why: str, asked: int, console: Console) -> None:

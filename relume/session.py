@@ -111,6 +111,31 @@ def exr_threads() -> Iterator[None]:
         dr.set_thread_count(before)
 
 
+def check_cameras(scene: Scene, path: str) -> None:
+    """Check that the rays of a scene's cameras are numbers: others see nothing, without a word.
+
+    Args:
+        scene: the loaded scene.
+        path: of its file, for the message.
+
+    Raises:
+        CannotRender: a camera's matrix is not finite, or what else it is made of gives no rays.
+    """
+    for sensor in scene.sensors():
+        matrix = np.array(sensor.world_transform().matrix, float)
+        if not np.isfinite(matrix).all():
+            rows = "; ".join(" ".join(f"{x:g}" for x in row) for row in matrix.reshape(4, 4))
+            raise CannotRender(f"{path}: the sensor's to_world is not finite: {rows}")
+        for place in ((0.3, 0.6), (0.7, 0.2)):
+            ray, _ = sensor.sample_ray(0.0, 0.5, mi.Point2f(*place), mi.Point2f(0.2, 0.6))
+            o, d = np.array(ray.o, float), np.array(ray.d, float)
+            if not (np.isfinite(o).all() and abs(np.linalg.norm(d) - 1) < 0.1):
+                raise CannotRender(
+                    f"{path}: the sensor has no rays; its field of view and its lens are to be "
+                    "finite and above 0"
+                )
+
+
 def sees_nothing(scene: Scene) -> bool:
     """Whether no ray of a grid from the camera meets a surface; False in scalar variants."""
     if mi.variant().startswith("scalar"):

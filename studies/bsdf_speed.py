@@ -94,6 +94,6 @@ def run(options):
     rows(pairs, options.repeats)
     mi.set_variant("llvm_ad_spectral")
     pair = (DISPERSIVE, DIELECTRIC)
-    rows({"schlickglass, dispersive": pair}, options.repeats, ("dispersivepath", "path"))
+    rows({"schlickglass, dispersive": pair}, options.repeats, ("surfacepath", "path"))
     rows({"schlickglass, dispersive, under path": pair}, options.repeats)
 

@@ -129,7 +129,7 @@ HEAD = """\
 
 A ball of each material on a grey floor, under three lights, 32x32 pixels. At each number of samples
 eight independent pictures are held against a reference of 4096 samples a pixel with seeds of its
-own: `path` against `volpath`, `dispersivepath` against `path`, others against themselves. The error
+own: `surfacepath` and `path` against `volpath`, others against themselves. The error
 is relMSE, the noise of the reference subtracted. Of an unbiased method whose noise has a finite
 variance it falls as 1/N: slope -1 of log error against log N, ± the 95 % interval (jackknife over
 the pictures); a bias would end its fall. In {resolved} of {cells} cells it is -1 ± {bound}, with an

@@ -32,7 +32,7 @@ RUNS, PASSES, SPP = 8, 3, 50
 REFERENCE_SPP, LAUNCH_SPP = {"occluded room": 12000, "Cornell box": 1000}, 200
 USUAL_SPP = 4000
 DEPTH = {"max_depth": 9, "rr_depth": 5}
-PATHS = {"type": "dispersivepath"} | DEPTH
+PATHS = {"type": "surfacepath"} | DEPTH
 METHODS = {
     "path": {"type": "path"} | DEPTH,
     "pssmlt": {"type": "pssmlt", "paths": PATHS},

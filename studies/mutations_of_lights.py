@@ -15,9 +15,25 @@ surface_rays = of(
 area = of("emitters/twosidedarea.py", f"{AREA}::test_shines_where_a_stock_area_light_is_black")
 dome = of("emitters/ibldome.py", f"{DOME}::test_sampling_density")
 dome_maps = of("emitters/dome_sampling.py", f"{DOME}::test_sampling_density")
+sun = of("emitters/domesun.py", "emitters/test_domesun.py")
 dome_formulas = of("relume/dome_maps.py", "relume/test_dome_maps.py")
 
 LIGHTS = [
+    sun(
+        "sun in a dome 2 % too bright",
+        "dr.select(lit, self.irradiance.eval(si, lit), 0)",
+        "dr.select(lit, 1.02 * self.irradiance.eval(si, lit), 0)",
+    ),
+    sun(
+        "particles of the sun in a dome 2 % too bright",
+        "mi.depolarizer(weight * dr.pi",
+        "mi.depolarizer(1.02 * weight * dr.pi",
+    ),
+    sun(
+        "sun 2 % beyond its dome",
+        "- MARGIN * self.radius",
+        "+ 0.02 * self.radius",
+    ),
     spot(
         "spot 2 % too bright, where it is sampled",
         "weight = self._ramp(0.5 * dr",

@@ -4,7 +4,7 @@ from studies.mutations import of
 
 WARD, PHONG = "bsdfs/test_ward.py", "bsdfs/test_phong.py"
 GLASS, DISPERSION = "bsdfs/test_schlickglass.py", "bsdfs/test_dispersion.py"
-DISPERSIVE, DIPOLE = "integrators/test_dispersivepath.py", "integrators/test_dipole.py"
+DIPOLE = "integrators/test_dipole.py"
 DIFFUSION = "integrators/test_diffusion.py"
 COARSE = "::test_sample_follows_pdf_in_coarse_cells"
 

@@ -18,20 +18,8 @@ import pytest
 
 import relume  # noqa: F401  isort: skip  first: it points Dr.Jit at a usable LLVM
 
-import drjit as dr
-
 from relume.workbench import statistics
 from relume.workbench.statistics import Level
-
-
-@pytest.fixture(autouse=True)
-def threads(monkeypatch):
-    """Two threads or more, whatever a test leaves: with one, Mitsuba never finishes EXR files.
-
-    Local clusters of dask leave OMP_NUM_THREADS, which scene files obey, in the environment.
-    """
-    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    dr.set_thread_count(max(dr.thread_count(), 2))
 
 
 @pytest.fixture(autouse=True)

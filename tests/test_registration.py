@@ -11,7 +11,7 @@ def one_of_each():
     mi.load_dict({"type": "ward"})
     mi.load_dict({"type": "schlickglass"})
     mi.load_dict({"type": "falloffspot"})
-    mi.load_dict({"type": "dispersivepath"})
+    mi.load_dict({"type": "surfacepath"})
     mi.load_dict({"type": "hgrgb"})
     mi.load_dict({"type": "screencamera", "width": 1.0, "height": 1.0})
 """
@@ -77,7 +77,7 @@ def test_a_class_is_defined_once_where_several_threads_load():
         "start, made = threading.Barrier(16), []\n"
         "def make():\n"
         "    start.wait()\n"
-        "    made.append(mi.load_dict({'type': 'dispersivepath'}))\n"
+        "    made.append(mi.load_dict({'type': 'surfacepath'}))\n"
         "threads = [threading.Thread(target=make) for _ in range(16)]\n"
         "for thread in threads: thread.start()\n"
         "for thread in threads: thread.join()\n"

@@ -51,6 +51,7 @@ import mitsuba as mi
 import numpy as np
 
 from relume.emitters.dome_sampling import find_map
+from relume.parameters import text, vector, wrong_type
 
 
 def define() -> type[mi.Texture]:
@@ -59,12 +60,13 @@ def define() -> type[mi.Texture]:
     class SphereMap(mi.Texture):
         def __init__(self, props):
             mi.Texture.__init__(self, props)
-            self.map_name = props.get("map", "transposed")
+            self.map_name = text(props, "map", "transposed")
             self.map = find_map(self.map_name)
-            center = np.array(props.get("center", mi.ScalarPoint3d(0.0)), np.float64)
-            self.center = mi.Point3f(*center.reshape(3).tolist())
-            matrix = np.array(props.get("to_sphere", mi.ScalarTransform4d()).matrix)[:3, :3]
-            self.to_sphere = mi.Matrix3f(matrix.tolist())
+            self.center = mi.Point3f(*vector(props, "center", (0, 0, 0)).tolist())
+            to_sphere = props.get("to_sphere", mi.ScalarTransform4d())
+            if not hasattr(to_sphere, "matrix"):
+                raise wrong_type("to_sphere", "a transform", to_sphere)
+            self.to_sphere = mi.Matrix3f(np.array(to_sphere.matrix)[:3, :3].tolist())
             nested = [value for _, value in props.objects() if isinstance(value, mi.Texture)]
             if len(nested) != 1:
                 raise ValueError("spheremap takes one nested texture")
@@ -103,6 +105,9 @@ def define() -> type[mi.Texture]:
             return True
 
         def to_string(self):
-            return f"SphereMap[map = {self.map_name}, nested = {self.nested}]"
+            return (
+                f"SphereMap[map = {self.map_name}, center = {self.center}, "
+                f"to_sphere = {self.to_sphere}, nested = {self.nested}]"
+            )
 
     return SphereMap

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+from relume.translator import files_read
 from relume.translator.diagnostics import LineReports, Problem
 from relume.translator.document import Document
 from relume.translator.expressions import clip
@@ -47,7 +48,10 @@ class Assets:
         self.found: dict[str, Path | None] = {}
         self.named = list(self._named(document))
         for _, _, name in self.named:
-            self.found.setdefault(name, self.find(name))
+            if name not in self.found:
+                self.found[name] = self.find(name)
+        for path in filter(None, self.found.values()):
+            files_read.record(path)
 
     def problems(self) -> list[Problem]:
         """A problem of kind `asset` for each missing file, at the line that names it."""

@@ -15,6 +15,10 @@ from relume.translator.scene_values import Entry, Matrix
 NEAR, FAR = 1e-6, 1e12
 """Clip distances: the original program has none, so they are out of reach [scene unit]."""
 
+PARALLEL_RAYS = 1e15
+"""Focus distance beyond which the stock lens has no numbers, and its rays are parallel long since
+[scene unit]."""
+
 FORWARD = (0.0, 0.0, -1.0)
 """Direction of a camera that is told none, as in all real files whose CAMERA_MATRIX turns it."""
 
@@ -109,10 +113,11 @@ def sensor(document: Document, dialect: str = "manual") -> Entry:
     square = math.isclose(
         seen.width * document.image[1], seen.height * document.image[0], rel_tol=1e-9
     )
+    result: Entry
     along_z = math.hypot(*seen.direction[:2]) <= AXIS_TOLERANCE
     if square and (radius <= 0 or along_z):
         fov = math.degrees(2 * math.atan(seen.height / 2))
-        result: Entry = {
+        result = {
             "type": "perspective",
             "fov_axis": "y",
             "fov": fov,
@@ -120,15 +125,13 @@ def sensor(document: Document, dialect: str = "manual") -> Entry:
             "far_clip": FAR,
         }
         if radius > 0:
-            result |= {"type": "thinlens", "aperture_radius": radius, "focus_distance": abs(focus)}
+            focus = min(abs(focus), PARALLEL_RAYS)
+            result |= {"type": "thinlens", "aperture_radius": radius, "focus_distance": focus}
         return result | common
-    return {
-        "type": "screencamera",
-        "width": seen.width,
-        "height": seen.height,
-        "aperture_radius": max(radius, 0.0),
-        "focus_distance": abs(focus),
-    } | common
+    result = {"type": "screencamera", "width": seen.width, "height": seen.height}
+    if radius > 0:
+        result |= {"aperture_radius": radius, "focus_distance": abs(focus)}
+    return result | common
 
 
 def film(document: Document) -> Entry:

@@ -34,6 +34,7 @@ def check(document: Document) -> list[Problem]:
     _picture(document, problems)
     _camera(document, problems)
     _field_of_view(document, problems)
+    _lens(document, problems)
     for block in document.objects:
         _shape(block, problems)
         _spot(block, problems)
@@ -75,7 +76,11 @@ def _camera(document: Document, problems: list[Problem]) -> None:
         _problem(problems, document.lines, "camera_upvec", message)
     elif _parallel(direction, up):
         message = "CAMERA_UPVEC is parallel to the viewing direction"
-        _problem(problems, document.lines, "camera_upvec", message)
+        setting = ("camera_upvec", "camera_matrix", "target_pos", "camera_dir")
+        field = next((name for name in setting if document.lines.is_set(name)), "camera_upvec")
+        if field != "camera_upvec":
+            message += ": it is 0 1 0 unless the file sets it"
+        _problem(problems, document.lines, field, message)
 
 
 def _field_of_view(document: Document, problems: list[Problem]) -> None:
@@ -90,6 +95,13 @@ def _field_of_view(document: Document, problems: list[Problem]) -> None:
             message = f"SCREEN: {found}, {wanted}"
             _problem(problems, document.lines, "screen", message, "range")
             return
+
+
+def _lens(document: Document, problems: list[Problem]) -> None:
+    radius, focus = document.lens
+    if radius > 0 and focus == 0:
+        message = "LENS: a lens that focuses at distance 0 has no picture"
+        _problem(problems, document.lines, "lens", message, "range")
 
 
 def _shape(block: SceneObject, problems: list[Problem]) -> None:

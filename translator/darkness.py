@@ -15,6 +15,9 @@ QUANTITIES = ("radiance", "irradiance", "intensity")
 """Parameters that say how bright an emitter is."""
 
 
+NOTHING_SHINES = make_note("no-light")
+"""What a render says of a scene without emitters."""
+
 NOTHING_SEEN = make_note("nothing-before-camera")
 """What a render says whose camera sees no surface."""
 
@@ -27,7 +30,7 @@ def empty_picture_notes(entries: Iterable[Entry]) -> tuple[Note, ...]:
     """
     entries = list(entries)
     if not any(map(shines, entries)):
-        return (make_note("no-light"),)
+        return (NOTHING_SHINES,)
     return () if any("bsdf" in entry for entry in entries) else (make_note("no-surface"),)
 
 

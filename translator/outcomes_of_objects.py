@@ -63,8 +63,9 @@ SURFACES = (
      "above 1: cut off at 1, or light would grow at each crossing",
      "The colour is 1 where it is above 1.", "Use values up to 1."),
     ("color-near-one", "translated", "8",
-     "nearly 1: in a room of such surfaces roulette leaves noise that hardly falls",
-     "Single bright pixels in closed rooms, which more samples hardly take away.",
+     "nearly 1: paths in a room of such surfaces are long, with a medium roulette leaves noise",
+     "Long renders of closed rooms. With a medium roulette leaves single bright pixels, which more "
+     "samples hardly take away.",
      "Use a reflectance of at most 0.97, as real surfaces have."),
     ("index-zero", "translated", "8.4", "0 read as 1.5",
      "The index of refraction is 1.5, as in the original program.", "Write the index."),

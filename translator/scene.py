@@ -59,7 +59,6 @@ OWN_PLUGINS = {
     "twosidedarea": "emitter",
     "ibldome": "emitter",
     "dipole": "integrator",
-    "dispersivepath": "integrator",
     "erpt": "integrator",
     "pssmlt": "integrator",
     "samplescale": "integrator",

@@ -112,7 +112,8 @@ def to_mitsuba(value: Any) -> Any:
             for key, item in value.items()
         }
     if isinstance(value, Matrix):
-        return mi.ScalarTransform4f(np.array(value.rows))
+        with np.errstate(over="ignore"):  # infinite in single precision: who loads it says so
+            return mi.ScalarTransform4f(np.array(value.rows))
     if isinstance(value, Picture):
         return mi.Bitmap(np.asarray(value.pixels, np.float32))
     if isinstance(value, Color):

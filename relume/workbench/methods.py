@@ -184,7 +184,7 @@ def with_separate_direct_light(translation: Translation) -> str:
         if integrator.get("luminance_limit", 0) > 0:
             return "luminance_cutoff cuts direct and indirect light together"
         integrator = integrator["integrator"]
-    can = integrator["type"] in ("surfacepath", "dispersivepath")
+    can = integrator["type"] == "surfacepath"
     return "" if can else f"{integrator['type']} cannot leave out direct light"
 
 
@@ -201,7 +201,6 @@ METHODS = (
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
-    Method("dispersivepath", tracer("dispersivepath"), obstacle=with_dispersion),
     Method("simulation", as_planned, obstacle=with_diffusion, document=simulated),
     *(
         Method(

@@ -1,4 +1,4 @@
-"""`dipole` against closed forms, against `path`, and at the ends of every parameter's range."""
+"""`dipole` against closed forms, against path tracers, and at the ends of every range."""
 
 import drjit as dr
 import mitsuba as mi
@@ -30,7 +30,7 @@ def variant():
 
 
 def test_is_path_without_subsurface():
-    """The same samples as `path`, bit for bit, with every option."""
+    """The same samples as `surfacepath`, bit for bit, with every option."""
     things = {
         "sky": SKY,
         "ball": {"type": "sphere", "bsdf": {"type": "plastic"}},
@@ -41,7 +41,7 @@ def test_is_path_without_subsurface():
         pictures = [
             np.array(mi.render(scene(sensor=sensor, **things), spp=4, integrator=integrator))
             for integrator in (
-                mi.load_dict({"type": kind} | options) for kind in ("path", "dipole")
+                mi.load_dict({"type": kind} | options) for kind in ("surfacepath", "dipole")
             )
         ]
         assert np.array_equal(*pictures)

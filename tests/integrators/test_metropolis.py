@@ -26,8 +26,8 @@ METHODS = {
 
 
 def integrator(method, **parameters):
-    """A method of `METHODS` over `dispersivepath`, or over `paths`."""
-    paths = {"type": "dispersivepath", "max_depth": 6}
+    """A method of `METHODS` over `surfacepath`, or over `paths`."""
+    paths = {"type": "surfacepath", "max_depth": 6}
     return mi.load_dict(METHODS[method] | {"bootstrap": 0.5, "paths": paths} | parameters)
 
 
@@ -234,7 +234,7 @@ def test_agrees_with_path(method, chance, level):
 @pytest.mark.parametrize("method", ["kelemen", "erpt"])
 def test_direct_light_apart(method, chance, level):
     """Chains for indirect light and independent samples for the rest add up, if wrapped, too."""
-    paths = {"type": "dispersivepath", "max_depth": 6}
+    paths = {"type": "surfacepath", "max_depth": 6}
     paths = {"type": "samplescale", "response": 2.0, "nested": paths}
     paths = {"type": "shadowcatching", "nested": paths}
     walk = integrator(method, paths=paths, direct_samples=0.25)
@@ -249,7 +249,7 @@ def test_direct_light_apart(method, chance, level):
 
 def test_fallback_renders_direct_light_with_the_rest():
     """Where chains do not pay, independent samples render all light at once."""
-    paths = {"type": "dispersivepath", "max_depth": 6}
+    paths = {"type": "surfacepath", "max_depth": 6}
     pictures = []
     for direct_samples in (0, 1):
         walk = {"type": "pssmlt", "direct_samples": direct_samples, "paths": paths}
@@ -324,7 +324,7 @@ def test_deep_paths(method, chance, level):
     Radiance is 1 / (1 - 0.9) = 10 everywhere. Roulette makes the paths differ in length and worth;
     a third of them draw more than the 128 numbers that are stored.
     """
-    paths = {"type": "dispersivepath", "max_depth": -1, "rr_depth": 8}
+    paths = {"type": "surfacepath", "max_depth": -1, "rr_depth": 8}
     room = {
         "type": "cube",
         "flip_normals": True,
@@ -344,7 +344,7 @@ def test_lenses_filters_and_variants(variant, chance, level):
     mi.set_variant(variant)
     lens = {"type": "thinlens", "aperture_radius": 0.3, "focus_distance": 4.0}
     scene = cornell(8, 8, "tent", **lens)
-    by = (integrator("kelemen"), mi.load_dict({"type": "dispersivepath", "max_depth": 6}))
+    by = (integrator("kelemen"), mi.load_dict({"type": "surfacepath", "max_depth": 6}))
     energies = (level(chance.runs(scene, 64, runs=24, integrator=i).mean((1, 2))) for i in by)
     chance.equal(*energies, precision=0.06)
 
@@ -376,7 +376,7 @@ def test_one_pixel_is_b(method):
 
 def test_fallback_where_chains_do_not_pay():
     """Independent samples render the Cornell box, by default, and the report says so."""
-    walk = mi.load_dict({"type": "pssmlt", "paths": {"type": "dispersivepath", "max_depth": 6}})
+    walk = mi.load_dict({"type": "pssmlt", "paths": {"type": "surfacepath", "max_depth": 6}})
     picture = np.array(mi.render(cornell(), integrator=walk, spp=64, seed=1))
     assert "independent samples" in walk.report()[1]
     # 64 samples of each of 144 pixels: the mean is right to 1 %.
@@ -419,7 +419,7 @@ def test_mutations_are_symmetric(name):
     ("method", "wrong", "message"),
     [
         ("kelemen", {"bootstrap": 0.0}, "bootstrap is 0.0, but must be above 0"),
-        ("kelemen", {"large_step_probability": 1.5}, "large_step_probability is 1.5, not from 0"),
+        ("kelemen", {"large_step_probability": 1.5}, "large_step_probability is 1.5, but must be"),
         ("kelemen", {"chains": 1}, "chains is 1, but must be 2 or more"),
         ("kelemen", {"mutation": "kelement"}, "mutation is 'kelement', but must be one of mixed"),
         ("kelemen", {"mutation_size_min": 0.1}, "mutation sizes are 0.1 and 0.015625, but must"),
@@ -427,6 +427,7 @@ def test_mutations_are_symmetric(name):
         ("erpt", {"direct_samples": 0.1}, "PathIntegrator cannot leave out the light of some"),
         ("erpt", {"length": 0}, "length is 0, but must be 1 or more"),
         ("erpt", {"paths": {"type": "ptracer"}}, "erpt takes one nested sampling integrator"),
+        ("erpt", {"paths": {"type": "prb"}}, "erpt nests path or its like, not PRBIntegrator"),
     ],
 )
 def test_errors(method, wrong, message):

@@ -64,7 +64,7 @@ def test_dispersed_samples(limit, expected, chance, level):
     glass = {"type": "schlickglass", "dispersion": "formula99"}
     ball = {"type": "sphere", "center": [0, 0, 3], "bsdf": glass}
     scene = sky({"type": "uniform", "value": 2.0}, ball=ball)
-    integrator = wrapped(luminance_limit=limit, nested={"type": "dispersivepath"})
+    integrator = wrapped(luminance_limit=limit, nested={"type": "surfacepath"})
     pictures = chance.runs(scene, 1024, integrator=integrator)
     measured = level(pictures.mean(axis=(1, 2, 3)))
     chance.equal(measured, expected, allowed=1e-3, precision=5e-3)

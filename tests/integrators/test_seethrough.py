@@ -13,6 +13,7 @@ import pytest
 
 from relume import (
     bsdfs,  # noqa: F401  registers the plugins
+    emitters,  # noqa: F401
     integrators,  # noqa: F401
 )
 from relume.integrators.seethrough import Surfaces
@@ -343,3 +344,38 @@ def test_agrees_with_volpath(variant_name, chance, level):
         for name in ("surfacepath", "volpath")
     )
     chance.equal(a, b, precision=0.1)
+
+
+# ------------------------------ lamps seen from within ------------------------------
+
+
+@pytest.mark.parametrize("opacity", [0.25, 0.5, 0.9])
+def test_a_white_ball_with_holes_that_shines(opacity):
+    """d + S: white walls add the sky's S, inside and out; their inner side does not shine.
+
+    Points of a sphere are as often before it as within, to single precision: none of its lamp's
+    samples may light its inner side.
+    """
+    lamp = {"type": "area", "radiance": rgb(1)}
+    ball = {"type": "sphere", "radius": 3, "bsdf": mask(opacity, twosided(1)), "emitter": lamp}
+    made = scene((5, 0, 20), ball=ball, sky={"type": "constant", "radiance": rgb(0.1)})
+    assert shown(made, 2048)[0] == pytest.approx(opacity + 0.1, rel=5e-3)
+
+
+@pytest.mark.parametrize("integrator", ["surfacepath", "dipole"])
+@pytest.mark.parametrize(
+    ("emitter", "bsdf", "expected"),
+    [("area", "opaque", 0), ("twosidedarea", "opaque", 2), ("twosidedarea", "half there", 2 / 3)],
+)
+def test_inside_a_ball_that_shines(integrator, emitter, bsdf, expected):
+    """Lamps of one side leave it dark; those of two give d + d rho u = u, d its opacity."""
+    walls = {"opaque": twosided(0.5), "half there": mask(0.5, twosided(0.5))}[bsdf]
+    lamp = {"type": emitter, "radiance": rgb(1)}
+    ball = {"type": "sphere", "radius": 3, "bsdf": walls, "emitter": lamp}
+    far = {"type": "sphere", "center": [0, 500, 0], "bsdf": {"type": "subsurface"}}
+    made = scene((1, 2, 0.5), integrator, ball=ball, far=far)
+    assert shown(made, 1024)[0] == pytest.approx(expected, rel=0.01)
+
+
+def twosided(reflectance):
+    return {"type": "twosided", "bsdf": diffuse(reflectance)}

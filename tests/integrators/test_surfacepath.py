@@ -1,6 +1,7 @@
 """`surfacepath`: the stock path tracer, and where that has no answer, closed forms.
 
-Surfaces that light crosses straight on are the matter of `test_seethrough.py`.
+Surfaces that light crosses straight on are the matter of `test_seethrough.py`, dispersion that of
+`test_hero_wavelength.py`.
 """
 
 import drjit as dr
@@ -16,8 +17,6 @@ from relume import (
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "llvm_ad_mono")
 WARD = {"type": "ward", "alpha_u": 0.2, "alpha_v": 0.3}
 GLASS = {"type": "schlickglass", "int_ior": 1.5}
-HEAVY = GLASS | {"dispersion": "cauchy6", "coefficients": "2.8 0 0.05"}
-del HEAVY["int_ior"]
 MASK = {"type": "mask", "opacity": 0.5, "nested": {"type": "diffuse"}}
 BOX = {"type": "box"}
 
@@ -78,16 +77,6 @@ def test_roulette_keeps_the_mean(rr_depth, chance, level):
         for name, rr, spp in (("surfacepath", rr_depth, 128), ("path", 100, 64))
     )
     chance.equal(a, b, precision=0.15)
-
-
-@pytest.mark.parametrize("variant", ["llvm_ad_spectral"], indirect=True)
-def test_dispersion_is_that_of_dispersivepath(variant):
-    """The same numbers from the same seed: the hero is chosen at the same places, and paid once."""
-    options = {"max_depth": 8, "rr_depth": 100}
-    a, b = (rendered(cornell(HEAVY, name, **options)) for name in ("dispersivepath", "surfacepath"))
-    stock = rendered(cornell(HEAVY, "path", **options))
-    assert np.mean(np.abs(a - b) > 1e-4 * (np.abs(a) + 1e-3)) < 0.01
-    assert np.mean(np.abs(stock - b) > 1e-4 * (np.abs(b) + 1e-3)) > 0.1
 
 
 @pytest.mark.parametrize("integrator", ["path", "surfacepath"])
@@ -341,13 +330,6 @@ def test_a_pass_is_as_many_kernels_as_one_of_path_and_none_is_new(bsdf):
     first, second, usual = kernels(made, 1), kernels(made, 2), kernels(stock, 1)
     assert second == (0, usual[1])
     assert first[1] == second[1]
-
-
-def test_refuses_scalar_variants():
-    """The message names variants that work."""
-    mi.set_variant("scalar_rgb")
-    with pytest.raises(RuntimeError, match="does not work in scalar_rgb, but in llvm_ad_rgb"):
-        mi.load_dict({"type": "surfacepath"})
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
+import relume
 from relume.cli import main
 from relume.inputs import Inputs, file_names
 from relume.output import OutputError
@@ -224,3 +225,23 @@ def test_files_that_do_not_exist_are_no_inputs(tmp_path):
 def test_names_in_a_scene():
     scene = {"type": "scene", "a": {"filename": "x.obj", "bsdf": {"t": {"filename": "y.png"}}}}
     assert list(file_names(scene)) == ["x.obj", "y.png"]
+
+
+@pytest.mark.parametrize("name", [*READ, "link.png", "PART.OBJ"])
+def test_a_document_is_not_written_over_what_it_reads(name, run, tmp_path):
+    """Proves: `overwrite` replaces no scene, mesh or picture of the document's own."""
+    document = relume.read("room.txt")
+    if name not in READ:
+        os.link({"link.png": "kd.png", "PART.OBJ": "part.obj"}[name], name)
+    with pytest.raises(FileExistsError, match="the scene reads it, as"):
+        relume.write(document, name, overwrite=True)
+
+
+def test_a_document_that_misses_a_file_spares_the_others(run, tmp_path):
+    text = (tmp_path / "room.txt").read_text()
+    (tmp_path / "other.txt").write_text(text + OBJECTS.replace("part.obj", "missing.obj"))
+    document = relume.read("other.txt")
+    with pytest.raises(FileExistsError, match="the scene reads it, as"):
+        relume.write(document, "tex.bmp", overwrite=True)
+    relume.write(document, "new.txt", overwrite=True)
+    relume.write(document, "new.txt", overwrite=True)

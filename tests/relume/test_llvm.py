@@ -236,4 +236,16 @@ def test_drjit_imported_first_with_a_good_library_is_fine():
 def test_drjit_imported_first_without_library_is_told_to_import_relume_first():
     code = "import json, drjit, relume; print(json.dumps(relume.llvm.install().usable))"
     usable, stderr = run(code, **{llvm.VARIABLE: "/dev/null"})
-    assert not usable and "import relume first" in stderr
+    assert not usable and "drjit was imported before relume" in stderr
+    assert "import relume before mitsuba and drjit" in stderr or "import relume first" in stderr
+
+
+@pytest.mark.skipif(not llvm.install().usable, reason="no usable LLVM on this machine")
+def test_the_remedy_for_mitsuba_imported_first_helps():
+    """Proves: the library that the warning names is one with which the same program works."""
+    code = "import json, mitsuba, relume; print(json.dumps(relume.llvm.install().usable))"
+    usable, stderr = run(code, **{llvm.VARIABLE: "/dev/null"})
+    assert not usable and "mitsuba was imported before relume" in stderr
+    path = stderr.split(f"{llvm.VARIABLE}=")[1].split(" before Python starts")[0]
+    usable, stderr = run(code, **{llvm.VARIABLE: path})
+    assert usable and "RuntimeWarning" not in stderr

@@ -246,6 +246,52 @@ def test_what_only_scene_files_have_is_refused(scene):
         relume.stability(path, expected=1)
 
 
+POSE = '<lookat origin="0, 1, 6" target="0, 0, 0" up="0, 1, 0"/>'
+PINHOLE = '<sensor type="perspective" id="camera">'
+LENS = '<sensor type="thinlens" id="camera"><float name="aperture_radius" value="1"/>'
+LENS += '<float name="focus_distance" value="{}"/>'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (POSE, '<matrix value="nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/>', "to_world is not finite"),
+        (POSE, '<translate x="inf"/>', "to_world is not finite: 1 0 0 inf"),
+        (POSE, '<translate y="1e39"/>', "to_world is not finite"),
+        (POSE, POSE.replace("0, 1, 6", "0, 9, 0"), "lookat"),
+        (POSE, '<scale value="0"/>', "Scale factors"),
+        ('"fov" value="50"', '"fov" value="nan"', "the sensor has no rays"),
+        ('"fov" value="50"', '"fov" value="180"', "field of view"),
+        (PINHOLE, LENS.format("0"), "the sensor has no rays"),
+        (PINHOLE, LENS.format("inf"), "the sensor has no rays"),
+        (PINHOLE, LENS.format("1e30"), "the sensor has no rays"),
+    ],
+)
+def test_cameras_without_rays_are_errors(scene, old, new, said):
+    """They see nothing: the background, without a word."""
+    with pytest.raises(CannotRender, match=said):
+        relume.render(scene(change=(old, new)), spp=1)
+
+
+@pytest.mark.parametrize("variant", ["llvm_ad_rgb", "scalar_rgb"])
+def test_cameras_without_rays_are_errors_in_every_variant(tmp_path, variant):
+    path = tmp_path / "bare.xml"
+    lens = LENS.format("0").replace(' id="camera"', "")
+    path.write_text(f'<scene version="3.0.0">{lens}</sensor></scene>')
+    with pytest.raises(CannotRender, match=r"bare\.xml: the sensor has no rays"):
+        relume.render(path, spp=1, variant=variant)
+
+
+def test_a_picture_without_light_says_so(scene, run):
+    """Emitters may have Mitsuba's own brightness; none at all is told."""
+    lamps = SCENE[SCENE.index('<emitter type="constant">') :]
+    plain = lamps.replace(lamps, '<emitter type="constant"/></scene>')
+    bright = run("render", scene(change=(lamps, plain)), "-o", "a.exr", "--spp", "1")
+    dark = run("render", scene(change=(lamps, "</scene>")), "-o", "b.exr", "--spp", "1")
+    assert "nothing shines" in dark.stdout + dark.stderr
+    assert "nothing shines" not in bright.stdout + bright.stderr
+
+
 # ---- commands
 
 

@@ -58,6 +58,26 @@ def test_lens_rays():
     assert np.linalg.norm(np.cross(focus - o, d), axis=1).max() < 1e-5
 
 
+def test_a_lens_that_focuses_far_away():
+    """Rays of a film position are parallel, those beside the world's Z axis in every case."""
+    _, _, pinhole, _ = sample(screencamera())
+    _, _, d, _ = sample(screencamera(aperture_radius=0.3, focus_distance=1e30))
+    np.testing.assert_allclose(d, pinhole, atol=1e-6)
+    aside = mi.ScalarTransform4f().look_at(origin=[0, 0, 0], target=[1, 0, 0], up=[0, 1, 0])
+    sensor = mi.load_dict(screencamera(aperture_radius=0.3, to_world=aside))
+    ray, _ = sensor.sample_ray(0.0, 0.5, mi.Point2f(0.5), mi.Point2f(0.2, 0.6))
+    np.testing.assert_allclose(np.array(ray.d).T, [[1, 0, 0]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"width": 0.0}, {"height": float("nan")}, {"focus_distance": 0.0, "aperture_radius": 1.0}],
+)
+def test_sizes_are_above_0(wrong):
+    with pytest.raises(RuntimeError, match=f"{next(iter(wrong))} is .*, but must be above 0"):
+        mi.load_dict(screencamera(**wrong))
+
+
 def test_lens_of_radius_0_is_a_pinhole():
     """No difference to the default, and no aperture sample is asked for."""
     assert not mi.load_dict(screencamera()).needs_aperture_sample()
@@ -136,3 +156,15 @@ def test_box_and_text():
     sensor = mi.load_dict(screencamera())
     assert dr.allclose(sensor.bbox().min, [1, 2, 3]) and dr.allclose(sensor.bbox().max, [1, 2, 3])
     assert str(sensor).startswith("ScreenCamera[width=")
+
+
+def test_crop_window():
+    """Proves: a crop window shows that part of the whole picture, pixel by pixel."""
+    crop = {"crop_offset_x": 10, "crop_offset_y": 4, "crop_width": 12, "crop_height": 9}
+    whole, part = (
+        np.array(mi.render(mi.load_dict(SCENE | {"sensor": screencamera(film=film)}), spp=256))
+        for film in (FILM, FILM | crop)
+    )
+    part_of_whole = whole[4:13, 10:22]
+    assert part.shape == part_of_whole.shape and part_of_whole.std() > 0.5 * part_of_whole.mean()
+    assert np.abs(part - part_of_whole).mean() < 0.03 * part_of_whole.mean()

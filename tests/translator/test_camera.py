@@ -168,6 +168,17 @@ def test_lens(direction, kind):
     np.testing.assert_allclose(away, 0, atol=2e-6 * np.linalg.norm(focus - o, axis=1).max())
 
 
+def test_a_lens_that_focuses_far_away():
+    """Its rays are parallel to that of the pinhole, without numbers beyond single precision."""
+    text = "CAMERA_POS\n0 0 9\nCAMERA_DIR\n0 0 -1\nLENS\n2 {}\n"
+    points = np.array([0.1, 0.9]), np.array([0.3, 0.5])
+    for focus in ("1e16", "-1e20", "1e30"):
+        kind, _, d = rays(text.format(focus), lens=(0.2, 0.9), p=points[0], q=points[1])
+        assert kind == "thinlens"
+        _, _, pinhole = rays("CAMERA_POS\n0 0 9\nCAMERA_DIR\n0 0 -1\n", p=points[0], q=points[1])
+        np.testing.assert_allclose(d, pinhole, atol=TOLERANCE)
+
+
 def test_points_of_the_lens_are_uniform():
     """On a uniform disk r² has the mean R²/2 and the standard deviation R²/√12."""
     count = 4096

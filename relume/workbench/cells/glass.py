@@ -104,7 +104,7 @@ def glass_ball_by_index(index: float) -> Case:
     return Case(text(ball, camera=(0, 0, 5), angle=10, BACKGROUND=WHITE_SKY), 1.0)
 
 
-@family("radius [scene unit]", (1e-4, 1e-2, 1, 100, 1e4, 1e6), "surfacepath", "dispersivepath")
+@family("radius [scene unit]", (1e-4, 1e-2, 1, 100, 1e4, 1e6), "surfacepath")
 def dispersive_ball(radius: float) -> Case:
     """As glass ball, at every wavelength: radiance 1."""
     ball = thing(f"sphere 0 0 0 {radius:.17g}", "color 1 1 1", "reflection reflection99")

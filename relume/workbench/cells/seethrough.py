@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from relume.workbench.cells.dictionaries import camera, rgb
 from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.scenes import (
     diffuse,
@@ -109,6 +110,25 @@ def floor_below_a_shining_veil(opacity: float) -> Case:
     expected = 0.5 * opacity * 4 / math.pi * x * math.atan(x)
     scene = text(floor(), shining, camera=BEHIND, angle=0.1)
     return Case(scene, expected, files=files)
+
+
+@family("opacity", OPACITIES, "surfacepath")
+def ball_that_shines(opacity: float) -> Case:
+    """A white ball of opacity d whose outer side has the radiance 1, under a sky of 1/10, shows
+    d + 1/10: its inner side is lit by the sky alone."""
+    white = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(1.0)}}
+    ball = {
+        "type": "sphere",
+        "bsdf": {"type": "mask", "opacity": opacity, "bsdf": white},
+        "emitter": {"type": "area", "radiance": rgb(1.0)},
+    }
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "surfacepath"},
+        "sensor": camera((0, 0, 5), (0, 0, 0), 10),
+        "sky": {"type": "constant", "radiance": rgb(0.1)},
+    }
+    return Case(scene | {"ball": ball}, opacity + 0.1)
 
 
 @family("absorption [1/scene unit]", (0, 1e-3, 0.1, 0.3, 1, 3), "volpath", "volpathmis")

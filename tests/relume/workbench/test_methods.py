@@ -58,7 +58,6 @@ def test_each_scene_gets_the_methods_that_can_render_it(staged):
         "bdpt",
         "path",
         "volpath",
-        "dispersivepath",
         *SURFACE_CHAINS,
     ]
     cut = [name for name in SURFACE_CHAINS if name != "pssmlt-direct"]

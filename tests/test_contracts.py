@@ -1,0 +1,432 @@
+"""What Mitsuba expects of plugins, for each of ours: variants, parameters, words.
+
+A plugin that is new is covered as soon as its package lists it: its manual page says which
+parameters there are. What it needs to be seen in a scene stands in `OBJECTS`.
+"""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from docutils import nodes
+from docutils.core import publish_doctree
+
+from relume import plugins
+from relume.parameters import children
+from relume.registration import runs_under
+
+KINDS = {"relume.bsdfs": "bsdf", "relume.emitters": "lamp", "relume.integrators": "integrator",
+         "relume.phasefunctions": "phase", "relume.sensors": "sensor",
+         "relume.textures": "texture"}  # fmt: skip
+PLUGINS = {name: package.__name__ for package in plugins.PACKAGES for name in package.PLUGINS}
+VARIANTS = (
+    "llvm_ad_rgb",
+    "llvm_ad_spectral",
+    "llvm_ad_mono",
+    "scalar_rgb",
+    "scalar_spectral",
+    "llvm_ad_spectral_polarized",
+    "cuda_ad_rgb",
+)
+
+PATH = {"type": "path", "max_depth": 4}
+OBJECTS = {
+    "ibldome": {"map": "angular"},
+    "falloffspot": {"position": [0.0, 0.0, 3.0], "direction": [0.0, 0.1, -1.0],
+                    "cutoff_angle": 40.0, "falloff_angle": 20.0},
+    "parallelbeam": {"origin": [-0.6, -0.5, 3.0], "direction": [0.1, 0.0, -1.0]},
+    "hgrgb": {"g": [0.5, 0.5, 0.5]},
+    "screencamera": {"width": 0.7, "height": 0.7, "aperture_radius": 0.1, "focus_distance": 3.0},
+    "subsurface": {"sigma_s": 5.0, "sigma_a": 0.5},
+    "dipole": {"max_depth": 4},
+    "pssmlt": {"fallback": False, "bootstrap": 1.0},
+    "samplescale": {"luminance_limit": 0.4},
+    "schlickglass": {"int_ior": 1.4},
+    "domesun": {"direction": [0.1, 0.0, -1.0], "radius": 5.0},
+    "apparentlamp": {"origin": [-0.5, -0.5, 3.0], "edge_u": [0.0, 1.0, 0.0],
+                     "edge_v": [1.0, 0.0, 0.0]},
+}  # fmt: skip
+"""Parameters that make a plugin's work visible in the scene."""
+
+each_plugin = pytest.mark.parametrize("name", PLUGINS)
+
+
+@pytest.fixture(autouse=True)
+def rgb():
+    mi.set_variant("llvm_ad_rgb")
+    yield
+    mi.set_variant("llvm_ad_rgb")
+
+
+def set_variant(variant):
+    if variant not in mi.variants():
+        pytest.skip(f"this Mitsuba has no {variant}")
+    try:
+        mi.set_variant(variant)
+    except ImportError:
+        pytest.skip(f"{variant} does not work here")
+
+
+def page(name):
+    """Type and description of each parameter that a plugin's manual page lists, by name."""
+    text = inspect.getdoc(importlib.import_module(f"{PLUGINS[name]}.{name}"))
+    tree = publish_doctree(text, settings_overrides={"report_level": 4})
+    rows = next(tree.findall(nodes.table)).findall(nodes.row)
+    cells = [[" ".join(cell.astext().split()) for cell in row] for row in rows][1:]
+    return {name: tuple(rest) for names, *rest in cells for name in names.split(", ")}
+
+
+def entry(name, **parameters):
+    """The dictionary of a plugin."""
+    found = {"type": name} | OBJECTS.get(name, {}) | parameters
+    if name == "spheremap":
+        picture = np.linspace(0.2, 1, 6 * 6, dtype=np.float32).reshape(6, 6, 1)
+        found["nested"] = {"type": "bitmap", "bitmap": mi.Bitmap(picture), "raw": True}
+    elif "(nested)" in page(name):
+        found["nested"] = {"type": "path", "max_depth": 4}
+    if name == "ibldome":
+        picture = np.linspace(0.2, 1, 6 * 6 * 3, dtype=np.float32).reshape(6, 6, 3).mean(2)
+        found["bitmap"] = mi.Bitmap(np.repeat(picture[..., None], 3, 2))
+    return found
+
+
+def scene(name, film=None, **parameters):
+    """A grey floor and ball under a lamp and a dim sky; one of them is, or has, the plugin."""
+    T = mi.ScalarTransform4f
+    view = T().look_at([0, -3, 3], [0, 0, 0], [0, 0, 1])
+    box = {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"},
+           "pixel_format": "rgb"}  # fmt: skip
+    above = T().look_at([0, 2, 3], [0, 0, 0], [1, 0, 0])
+    d = {
+        "type": "scene",
+        "integrator": PATH,
+        "sky": {"type": "constant", "radiance": 0.2},
+        "lamp": {"type": "rectangle", "to_world": above,
+                 "emitter": {"type": "area", "radiance": 3.0}},
+        "floor": {"type": "rectangle", "bsdf": {"type": "diffuse"}},
+        "ball": {"type": "sphere", "radius": 0.7},
+        "sensor": {"type": "perspective", "fov": 40, "to_world": view, "film": film or box},
+    }  # fmt: skip
+    own, kind = entry(name, **parameters), KINDS[PLUGINS[name]]
+    if kind == "bsdf":
+        d["ball"]["bsdf"] = own
+        if name == "subsurface":
+            d["integrator"] = {"type": "dipole", "max_depth": 4}
+    elif kind == "phase":
+        d["ball"] |= {
+            "bsdf": {"type": "null"},
+            "interior": {"type": "homogeneous", "sigma_t": 1.0, "phase": own},
+        }
+        d["integrator"] = {"type": "volpath", "max_depth": 4}
+    elif kind == "integrator":
+        d["integrator"] = own
+        if name == "dipole":
+            d["ball"]["bsdf"] = {"type": "subsurface", "sigma_s": 5.0}
+    elif kind == "sensor":
+        d["sensor"] = own | {"to_world": view, "film": d["sensor"]["film"]}
+    elif name == "ibldome":
+        black = {"type": "conductor", "specular_reflectance": 0.0}
+        d["lamp"] = {"type": "sphere", "radius": 20.0, "bsdf": black, "emitter": own}
+    elif kind == "texture":
+        d["ball"]["bsdf"] = {"type": "diffuse", "reflectance": own}
+    elif name in ("falloffspot", "parallelbeam", "domesun"):
+        d["lamp"] = own
+    else:
+        d["lamp"]["emitter"] = own
+    return mi.load_dict(d)
+
+
+def plugin_in(thing, name):
+    """The plugin in a scene."""
+    if type(thing).__module__ == f"{PLUGINS[name]}.{name}":
+        return thing
+    for child, _ in children(thing).values():
+        if isinstance(child, mi.Object) and (found := plugin_in(child, name)):
+            return found
+    return None
+
+
+# ------------------------------ variants ------------------------------
+
+
+@pytest.mark.false_alarms(1e-3)
+@each_plugin
+@pytest.mark.parametrize("variant", VARIANTS[1:])
+def test_works_or_refuses(name, variant, chance, level):
+    """Proves: a plugin renders the mean of llvm_ad_rgb, or refuses and names what works."""
+    spp = 16 if "scalar" in variant else 64
+    module = f"{PLUGINS[name]}.{name}"
+    if runs_under(module, variant):
+        rgb = chance.runs(scene(name), 64, runs=8).mean(axis=(1, 2, 3))
+        set_variant(variant)
+        found = chance.runs(scene(name), spp, runs=8)
+        assert np.all(np.isfinite(found))
+        # Colours of spectra: the white of the lamp is D65 but for a percent.
+        allowed = 0.03 if mi.is_spectral else 0.005
+        chance.equal(level(found.mean(axis=(1, 2, 3))), level(rgb), allowed, precision=0.04)
+        return
+    set_variant(variant)
+    words = f"ValueError: {name} does not work under {variant}; it works under [a-z_, ]*llvm_ad_rgb"
+    with pytest.raises(RuntimeError, match=words):
+        mi.load_dict(entry(name))
+
+
+@each_plugin
+def test_pages_name_the_variants(name):
+    """Proves: the manual says under which variants a plugin works."""
+    module = importlib.import_module(f"{PLUGINS[name]}.{name}")
+    said = re.search(r"\*\*Variants\.\*\* ([^.;]*)", module.__doc__)[1].replace("\n", " ")
+    scalar = runs_under(module.__name__, "scalar_rgb")
+    polarized = runs_under(module.__name__, "llvm_ad_spectral_polarized")
+    jit = "``llvm_ad_*`` and ``cuda_ad_*``"
+    assert (
+        said
+        == {
+            (True, True): "All",
+            (True, False): "All but the polarized ones",
+            (False, True): jit,
+            (False, False): f"{jit}, without the polarized ones",
+        }[scalar, polarized]
+    )
+
+
+# ------------------------------ parameters ------------------------------
+
+CHANGED = {
+    "r_max": 0.05,
+    "attenuation": [0.0, 0.5, 0.5],
+    "position": [0.3, 0.0, 3.0],
+    "edge_u": [0.5, 0.0, 0.0],
+    "edge_v": [0.0, 0.5, 0.0],
+    "g": [0.1, -0.2, 0.3],
+    "falloff_angle": 1.0,
+    "direction": [0.2, 0.1, -1.0],
+}
+"""Values that parameters change to, where 1.3 times the old one is out of range or the same."""
+
+NOT_RENDERED = {"sampling_weight": "alone", "shutter_open": "still", "shutter_open_time": "still"}
+"""Parameters of Mitsuba's base classes that act in other scenes only."""
+
+
+def leaves(thing):
+    """(object, key, value) for each number of a plugin, and of its textures."""
+    for key, (value, _) in children(thing).items():
+        if isinstance(value, mi.Texture):
+            yield from leaves(value)
+        elif dr.is_array_v(value) and dr.is_float_v(value) and not dr.is_matrix_v(value):
+            yield thing, key, value
+
+
+@each_plugin
+def test_every_parameter_acts(name):
+    """Proves: whatever `mi.traverse` shows of a plugin changes the picture when it is set."""
+    module = f"{PLUGINS[name]}.{name}"
+    own = [key for key, (value, _) in children(plugin_in(scene(name), name)).items()
+           if not isinstance(value, mi.Object) or isinstance(value, mi.Texture)]  # fmt: skip
+    before = np.array(mi.render(scene(name), spp=4, seed=1))
+    for key in own:
+        if key in NOT_RENDERED or key == "to_world":
+            continue
+        world = scene(name)
+        plugin = plugin_in(world, name)
+        parameters = mi.traverse(world)
+        names = [k for k, (_, _, node, _) in parameters.properties.items()
+                 if (node is plugin and k.endswith(f".{key}")) or f".{key}." in k
+                 or k.startswith(f"{key}.")]  # fmt: skip
+        names = [k for k in names if not k.endswith(("to_uv", "sampling_weight"))]
+        assert names, (module, key, parameters)
+        for full in names:
+            old = parameters[full]
+            new = CHANGED.get(key)
+            if new is None or (isinstance(plugin, mi.BSDF) and key == "g"):
+                new = old * 1.3 + (0.1 if np.all(np.array(old) == 0) else 0)
+            parameters[full] = type(old)(new)
+        parameters.update()
+        after = np.array(mi.render(world, spp=4, seed=1))
+        assert np.all(np.isfinite(after)), key
+        assert not np.array_equal(before, after), key
+
+
+WRONG = {
+    ("ward", "alpha_u"): -1.0,
+    ("ward", "alpha_v"): float("nan"),
+    ("phong", "exponent"): -3.0,
+    ("schlickglass", "int_ior"): 0.0,
+    ("schlickglass", "ext_ior"): -1.5,
+    ("subsurface", "sigma_s"): -1.0,
+    ("subsurface", "sigma_a"): -1.0,
+    ("subsurface", "g"): 2.0,
+    ("subsurface", "eta"): -1.0,
+    ("subsurface", "scale"): -1.0,
+    ("subsurface", "r_max"): -1.0,
+    ("falloffspot", "position"): [float("inf"), 0.0, 0.0],
+    ("falloffspot", "direction"): [0.0, 0.0, 0.0],
+    ("falloffspot", "cutoff_angle"): 190.0,
+    ("falloffspot", "falloff_angle"): 50.0,
+    ("falloffspot", "falloff_exponent"): -1.0,
+    ("falloffspot", "attenuation"): [0.0, -1.0, 0.0],
+    ("parallelbeam", "origin"): [float("nan"), 0.0, 0.0],
+    ("parallelbeam", "edge_u"): [0.0, 0.0, 0.0],
+    ("parallelbeam", "edge_v"): [1.0, 0.0, 0.0],
+    ("parallelbeam", "direction"): [0.0, 0.0, 0.0],
+    ("ibldome", "scale"): -1.0,
+    ("hgrgb", "g"): [5.0, 0.0, 0.0],
+    ("screencamera", "width"): 0.0,
+    ("screencamera", "height"): -1.0,
+    ("screencamera", "aperture_radius"): -0.1,
+    ("screencamera", "focus_distance"): float("inf"),
+    ("samplescale", "response"): -1.0,
+    ("samplescale", "luminance_limit"): -1.0,
+}
+
+
+@pytest.mark.parametrize(("name", "key"), WRONG)
+def test_ranges_hold_in_the_constructor_and_after(name, key):
+    """Proves: a value out of range is refused by name, when loaded as when set."""
+    with pytest.raises(RuntimeError, match=f"ValueError.*{key}"):
+        mi.load_dict(entry(name, **{key: WRONG[name, key]}))
+    world = scene(name)
+    parameters = mi.traverse(plugin_in(world, name))
+    full = next(k for k in dict(parameters) if k in (key, f"{key}.value"))
+    parameters[full] = type(parameters[full])(WRONG[name, key])
+    with pytest.raises(ValueError, match=key):
+        parameters.update()
+
+
+@each_plugin
+def test_wrong_types_are_refused_in_words(name):
+    """Proves: a word for a number, or the reverse, gives a sentence, not a TypeError."""
+    for key, (kind, _) in page(name).items():
+        numeric = re.search("float|integer|boolean|point|vector", kind)
+        if numeric or kind in ("string", "transform"):
+            found = entry(name)
+            if key == "filename":
+                del found["bitmap"]
+            with pytest.raises(RuntimeError) as raised:
+                mi.load_dict(found | {key: "many" if numeric else 5.0})
+            last = str(raised.value).strip().rpartition("\n")[2]
+            assert not re.search("TypeError|AttributeError", str(raised.value)), str(raised.value)
+            assert key in last, last
+
+
+@pytest.mark.parametrize("key", ["int_ior", "ext_ior"])
+def test_indices_have_names(key):
+    """Proves: the names of materials that the stock dielectric knows give the same index."""
+    for word in ("bk7", "Water", "diamond"):
+        found = mi.traverse(mi.load_dict({"type": "schlickglass", key: word}))[key][0]
+        ior = mi.load_dict({"type": "dielectric", "int_ior": word, "ext_ior": 1.0})
+        assert found == pytest.approx(mi.traverse(ior)["eta"], rel=1e-6)
+    with pytest.raises(RuntimeError, match=r"ValueError.*bk8.*Valid choices"):
+        mi.load_dict({"type": "schlickglass", key: "bk8"})
+
+
+CONSUMED = {"to_world", "(nested)", "filename", "bitmap", "raw"}
+"""Parameters that are gone once a plugin is made, and what it shows as an object of its own."""
+
+
+@each_plugin
+def test_to_string_shows_all_parameters(name):
+    text = str(mi.load_dict(entry(name)))
+    shown = {key for key, (kind, said) in page(name).items() if "Must be" not in said} - CONSUMED
+    if name == "schlickglass":
+        mi.set_variant("llvm_ad_spectral")
+        text += str(mi.load_dict({"type": name, "dispersion": "formula99"}))
+    assert [key for key in sorted(shown) if not re.search(rf"\b{key}\b", text)] == []
+
+
+# ------------------------------ polarization ------------------------------
+
+
+@pytest.mark.parametrize("name", ["ward", "phong"])
+def test_paint_depolarizes(name):
+    """Proves: of a Mueller matrix the entry for intensity alone is left, that of llvm_ad_rgb."""
+    wo, values = [-0.6, 0.0, 0.8], []
+    for variant in ("llvm_ad_rgb", "llvm_ad_spectral_polarized"):
+        set_variant(variant)
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.wi = mi.Vector3f(0.48, 0.36, 0.8)
+        if mi.is_spectral:
+            si.wavelengths = dr.zeros(mi.Ray3f).wavelengths + 500.0
+        bsdf, ctx = mi.load_dict({"type": name}), mi.BSDFContext()
+        _, weight = bsdf.sample(ctx, si, 0.1, mi.Point2f(0.3, 0.6))
+        both = bsdf.eval(ctx, si, mi.Vector3f(wo)), weight
+        values.append([np.array(mi.unpolarized_spectrum(m)).ravel()[0] for m in both])
+    for matrix in both:
+        entries = np.array(matrix)
+        others = np.ones((4, 4), bool)
+        others[0, 0] = False
+        assert np.all(entries[others] == 0) and np.all(entries[0, 0] > 0)
+    np.testing.assert_allclose(values[1], values[0], rtol=2e-3)
+
+
+# ------------------------------ the page ------------------------------
+
+PAGE = Path(__file__).parents[1] / "docs" / "contracts.md"
+HEADER = """# Contracts
+
+What the plugins keep to as plugins of Mitsuba. `python tests/test_contracts.py` makes this page;
+that file and `tests/integrators/test_metropolis_films.py` prove what it says.
+
+"""
+FILMS = """## Films
+
+`pssmlt` and `erpt` fill films themselves; the other integrators leave that to Mitsuba.
+
+| film | result |
+| --- | --- |
+| `rgb`, `luminance`, `xyz`, each with or without alpha; grey variants | as stock integrators |
+| filters `box`, `tent`, `gaussian`, `mitchell`, `catmullrom`, `lanczos` | drawn from, with signs |
+| `sample_border`, crop window, `develop` | as stock integrators |
+| `specfilm`; AOVs and moments, inside or around | refused |
+
+"""
+
+
+def table(columns, rows):
+    """A table, and an empty line."""
+    return (
+        "".join(f"| {' | '.join(r)} |\n" for r in (columns, ["---"] * len(columns), *rows)) + "\n"
+    )
+
+
+def contracts():
+    """The text of the page."""
+    works = [
+        [f"`{name}`", *("works" if runs_under(f"{package}.{name}", v) else "refuses"
+                        for v in VARIANTS)]
+        for name, package in PLUGINS.items()
+    ]  # fmt: skip
+    shown = [
+        [f"`{name}`", f"`{key}`", kind, "yes" if "Differentiable." in said else "no",
+         "yes" if (name, key) in WRONG else ""]
+        for name in PLUGINS
+        for key, (kind, said) in page(name).items()
+        if re.search(r"(Differentiable|Exposed)\.$", said)
+    ]  # fmt: skip
+    return (
+        HEADER
+        + "## Variants\n\nWhere a plugin does not work, its constructor names the variants that do."
+        + " Where it works, the\nmean of a picture is that under `llvm_ad_rgb`. `cuda_ad_rgb` is"
+        + " tested where there is a GPU.\n\n"
+        + table(["plugin", *(f"`{variant}`" for variant in VARIANTS)], works)
+        + FILMS
+        + "## Parameters\n\nWhat `mi.traverse` shows: setting it changes the picture. A range is"
+        + " held to in the constructor and\nafter each change.\n\n"
+        + table(["plugin", "parameter", "type", "derivatives", "range"], shown).rstrip("\n")
+        + "\n"
+    )
+
+
+def test_the_page_is_up_to_date():
+    """Made by `python tests/test_contracts.py`."""
+    assert PAGE.read_text(encoding="utf-8") == contracts()
+
+
+if __name__ == "__main__":
+    mi.set_variant("llvm_ad_rgb")
+    PAGE.write_text(contracts(), encoding="utf-8")
