@@ -58,8 +58,8 @@ weights then are those of path tracing, or of path tracing with connections.
 Media are not rendered, and there are no derivatives: take ``surfacepath``, or ``prb``.
 
 **Numbers.** Light that arrives at the film from lamps is summed in integers, so the picture
-depends on scene, parameters, seed and samples alone, bit for bit. Pixels are samples of the film's
-reconstruction filter, which has no negative weights (box, tent or gaussian). In spectral variants a
+depends on scene, parameters, seed and samples alone, bit for bit. Positions on
+the film are drawn from its reconstruction filter, with signs. In spectral variants a
 render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
 
 **Limits.** Caustics seen in mirrors and through glass are as hard to find as for a path tracer, and
@@ -94,11 +94,12 @@ from relume.integrators.eyesubpaths import trace_eye
 from relume.integrators.lightstarts import Emission
 from relume.integrators.lightsubpaths import trace_light
 from relume.integrators.lightvertices import LightCache, LightVertices
+from relume.integrators.metropolis import fill
 from relume.integrators.sensorconnections import Pinhole
 from relume.integrators.splats import SplatFilm
 from relume.integrators.subpaths import Transport
+from relume.parameters import Range, flag, whole
 from relume.sensors.colors import linear_rgb
-from relume.sensors.pixelsamples import position_in_pixel
 
 LIGHT_PATHS, LIGHT_PATHS_OF_POINTS = 0.25, 1.0
 """Light subpaths for each path of the camera; where lamps have no size only they find caustics."""
@@ -132,16 +133,9 @@ def define() -> type[mi.AdjointIntegrator]:
     class BDPT(mi.AdjointIntegrator):
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
-            if not dr.is_jit_v(mi.Float) or mi.is_polarized:
-                raise ValueError(
-                    f"bdpt does not work in {mi.variant()}, but in llvm_ad_rgb, "
-                    "llvm_ad_mono, llvm_ad_spectral and their counterparts cuda_ad_*"
-                )
             self.max_depth, self.rr_depth = path_depths(props)
-            self.min_depth = props.get("min_depth", 1)
-            if self.min_depth < 1:
-                raise ValueError(f"min_depth is {self.min_depth}, but must be 1 or more")
-            self.hide_emitters = props.get("hide_emitters", False)
+            self.min_depth = whole(props, "min_depth", 1, Range(1))
+            self.hide_emitters = flag(props, "hide_emitters", False)
             self.only = None  # the one way (s, t) that tests want to see, with the weight 1
 
         def render_forward(self, *args, **kwargs):
@@ -158,15 +152,12 @@ def define() -> type[mi.AdjointIntegrator]:
             spp = spp or sensor.sampler().sample_count()
             entropy = int(np.array(seed).ravel()[0])
             film = sensor.film()
+            if film.flags() & +mi.FilmFlags.Special:
+                raise ValueError(f"bdpt fills films of colours, no {film.class_name()}")
             with dr.suspend_grad():
                 picture = self.render_image(scene, sensor, entropy, spp)
-            film.prepare([])
             alpha = bool(film.flags() & +mi.FilmFlags.Alpha)
-            block = film.create_block()
-            columns = [picture[:, :3], picture[:, 3:]][: 1 + alpha]
-            tensor = np.column_stack([*columns, np.ones(len(picture))]).astype(np.float32)
-            block.tensor()[:] = mi.TensorXf(tensor.ravel(), block.tensor().shape)
-            film.put_block(block)
+            fill(film, [picture[:, :3], picture[:, 3]][: 1 + alpha])
             if develop:
                 return film.develop()
             film.schedule_storage()
@@ -251,7 +242,8 @@ def define() -> type[mi.AdjointIntegrator]:
             pixel = lane // per_pixel
             y = pixel // columns
             corner = mi.Point2f(pixel - y * columns, y)
-            position = (corner + position_in_pixel(sensor, sampler.next_2d())) / splats.size
+            within, sign = splats.filter.place(corner, sampler.next_2d(), splats.size)
+            position = (corner + within) / splats.size
             lens = sampler.next_2d() if sensor.needs_aperture_sample() else mi.Point2f(0.5)
             group, u = mi.UInt32(0), mi.Float(0)
             if mi.is_spectral:  # a pixel's samples are spread over the groups
@@ -260,8 +252,8 @@ def define() -> type[mi.AdjointIntegrator]:
                 u = self.wavelength_sample(group, seeds[0])
             ray, weight = sensor.sample_ray_differential(sensor.shutter_open(), u, position, lens)
             L, seen = trace_eye(transport, sampler, ray, cache, group)
-            color = linear_rgb(L * weight, ray.wavelengths)
-            channels = [mi.Float64(x) for x in (*color, dr.select(seen, mi.Float(1), 0))]
+            color = linear_rgb(L * weight * sign, ray.wavelengths)
+            channels = [mi.Float64(x) for x in (*color, dr.select(seen, sign, 0))]
             channels = [x + dr.zeros(mi.Float64, pixels * spp) for x in channels]
             dr.eval(channels)  # at once: a sum of what is not there yet runs the kernel
             found = np.stack([dr.block_sum(x, spp).numpy() for x in channels], -1) / spp

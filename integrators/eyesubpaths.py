@@ -113,6 +113,8 @@ def step(
     sampled = lit & (path.depth + 2 >= t.min_depth)
     ds, Le = t.scene.sample_emitter_direction(si, sampler.next_2d(), not see_through, sampled)
     sampled &= ds.pdf != 0
+    if t.surfaces.spheres:
+        sampled &= ~t.surfaces.light_themselves(si, ds)
     slot, count, joined = cache.pick(group, sampler.next_1d(), lit)
     y = cache.vertices.read(slot, t.κ, path.ray.wavelengths, joined)
     to_y = y.si.p - si.p

@@ -9,7 +9,7 @@ import mitsuba as mi
 import numpy as np
 
 from relume.sensors.colors import absolute_luminance, linear_rgb
-from relume.sensors.pixelsamples import FILTERS, TENT_OF_A_PIXEL
+from relume.sensors.pixelsamples import PixelFilter
 
 PRECISION = 2.0**30
 """Units of a film in the scale of its values."""
@@ -24,61 +24,51 @@ class SplatFilm:
     Args:
         film: ``mi.Film``, whose size and filter it has.
         scale: of what a splat brings.
-
-    Raises:
-        ValueError: the filter has negative weights.
     """
 
     def __init__(self, film: mi.Film, scale: float) -> None:
         self.width, self.height = (int(x) for x in film.crop_size())
-        rfilter = film.rfilter()
-        self.filter, self.radius = rfilter.class_name(), float(rfilter.radius())
-        if self.filter not in FILTERS:
-            raise ValueError(
-                f"samples cannot follow the film's {self.filter}, negative in places; expected a "
-                "box, tent or gaussian filter"
-            )
-        if self.filter == "TentFilter" and abs(self.radius - TENT_OF_A_PIXEL) < 1e-6:
+        self.filter, self.rfilter = PixelFilter(film), film.rfilter()
+        if self.filter.tent:
             self.radius = 0.5
+        else:
+            self.radius = self.filter.radius if self.filter.tabulated else 0.5
         self.unit = 2.0 ** math.floor(math.log2(PRECISION / scale)) if scale > 0 else 1.0
         self.size = mi.Vector2f(*(dr.opaque(mi.Float, float(x)) for x in (self.width, self.height)))
         self.units = dr.opaque(mi.Float, self.unit)
         self.sums = dr.zeros(mi.Int64, self.width * self.height * 3)
 
-    @property
-    def margin(self) -> float:
-        """How far beyond the film a splat may lie [pixel]."""
-        # A Gaussian ends at four standard deviations in Mitsuba; samples do not know that.
-        reach = self.radius * (1.25 if self.filter == "GaussianFilter" else 1)
-        return max(0.0, reach - 0.5)
-
     def covers(self, position: mi.Point2f) -> mi.Bool:
-        """Whether a position, [0, 1] inside, reaches a pixel of the film."""
-        x, m = position * self.size, self.margin
-        return (x.x >= -m) & (x.y >= -m) & (x.x < self.size.x + m) & (x.y < self.size.y + m)
+        """Whether a position, [0, 1] inside, is seen by a pixel of the film."""
+        margin = max(0.0, self.radius - 0.5) if self.filter.border else 0.0
+        x = position * self.size
+        return dr.all((x >= -margin) & (x < self.size + margin))
 
-    def _density(self, x: mi.Float) -> mi.Float:
-        """The filter, of integral 1, at a distance from the middle of a pixel."""
-        if self.filter == "BoxFilter":
-            return dr.select(dr.abs(x) <= self.radius, mi.Float(0.5 / self.radius), 0)
-        if self.filter == "TentFilter":
-            return dr.maximum(1 - dr.abs(x) / self.radius, 0) / self.radius
-        σ = self.radius / 4
-        return dr.exp(-0.5 * dr.square(x / σ)) / (σ * math.sqrt(2 * math.pi))
+    def _share(self, x: mi.Float, pixel: mi.Float, size: mi.Float) -> mi.Float:
+        """What a pixel has of a coordinate along one axis, of integral 1 over what it sees."""
+        t = x - (pixel + 0.5)
+        if self.filter.tent:
+            return 2 * dr.maximum(1 - 2 * dr.abs(t), 0)
+        return dr.select(
+            dr.abs(t) < self.radius, self.rfilter.eval(t) / self.filter.integral(pixel, size), 0
+        )
 
-    def _pixel(self, x: mi.Float, sample: mi.Float) -> tuple[mi.Float, mi.Float]:
-        """A pixel near a coordinate, by its share of the filter, and the sum of all shares."""
-        if self.filter == "BoxFilter" and self.radius == 0.5:
+    def _pixel(self, x: mi.Float, sample: mi.Float, size: mi.Float) -> tuple[mi.Float, mi.Float]:
+        """A pixel near a coordinate, drawn by its share, and the weight for that."""
+        if not self.filter.tent and not self.filter.tabulated:
             return dr.floor(x), mi.Float(1)
-        reach = self.margin + 0.5
-        first = dr.floor(x - reach)
-        shares = [self._density(x - (first + i + 0.5)) for i in range(math.ceil(2 * reach) + 1)]
-        total, rest, pixel = sum(shares), mi.Float(sample), mi.Float(first)
-        rest *= total
-        for share in shares[:-1]:
-            pixel = dr.select(rest >= share, pixel + 1, pixel)
-            rest = dr.select(rest >= share, rest - share, -1)
-        return pixel, total
+        first = dr.floor(x - self.radius - 0.5)
+        pixels = [first + i for i in range(math.ceil(2 * self.radius) + 2)]
+        shares = [self._share(x, pixel, size) for pixel in pixels]
+        total = sum(dr.abs(share) for share in shares)
+        rest, pixel, sign = sample * total, mi.Float(first), mi.Float(1)
+        left = mi.Bool(True)  # whether the pixel is still to come
+        for candidate, share in zip(pixels, shares, strict=True):
+            here = left & (rest < dr.abs(share))
+            pixel, sign = dr.select(here, candidate, pixel), dr.select(here, dr.sign(share), sign)
+            rest -= dr.abs(share)
+            left &= ~here
+        return pixel, dr.select(left, 0, sign * total)
 
     def splat(
         self,
@@ -101,7 +91,9 @@ class SplatFilm:
             Its luminance.
         """
         x = position * self.size
-        (column, a), (row, b) = self._pixel(x.x, sample.x), self._pixel(x.y, sample.y)
+        (column, a), (row, b) = (
+            self._pixel(*one) for one in zip(x, sample, self.size, strict=True)
+        )
         active &= (column >= 0) & (row >= 0) & (column < self.size.x) & (row < self.size.y)
         color = linear_rgb(dr.select(active, value * (a * b), 0), wavelengths)
         active &= dr.all(dr.isfinite(color))

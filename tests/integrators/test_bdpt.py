@@ -256,10 +256,10 @@ def test_caustic_of_a_lamp_without_size(chance, level):
 
 SENSORS = {
     "lens": {"type": "thinlens", "aperture_radius": 0.3, "focus_distance": 3.5},
-    "screen": {"type": "screencamera", "width": 0.8, "height": 0.7},
-    "tent": {"film": {"rfilter": {"type": "tent"}}},
-    "gaussian, cropped": {
-        "film": {"rfilter": {"type": "gaussian"}, "width": 24, "height": 20, "crop_width": 16,
+    "screen, with a tent": {"type": "screencamera", "width": 0.8, "height": 0.7,
+                            "film": {"rfilter": {"type": "tent"}}},
+    "cropped, with negative weights": {
+        "film": {"rfilter": {"type": "mitchell"}, "width": 24, "height": 20, "crop_width": 16,
                  "crop_height": 16, "crop_offset_x": 5, "crop_offset_y": 3},
     },
 }  # fmt: skip
@@ -331,10 +331,6 @@ def test_alpha_and_hidden_lamps():
 def test_reports_what_it_cannot_do():
     with pytest.raises(RuntimeError, match="min_depth is 0"):
         integrator(min_depth=0)
-    d = open_corner()
-    d["sensor"]["film"] = film(rfilter={"type": "mitchell"})
-    with pytest.raises(RuntimeError):
-        mi.render(mi.load_dict(d), integrator=integrator(), spp=1)
     with pytest.raises(ValueError, match="differentiate by surfacepath"):
         integrator().render_forward(None, None)
 
