@@ -57,7 +57,7 @@ class Pinhole:
         """
         if sensor.needs_aperture_sample():
             return None
-        center = np.array(sensor.world_transform().translation(), dtype=float).reshape(3)
+        center = np.array(sensor.bbox().min, dtype=float).reshape(3)  # that of a pinhole
         grid = (np.arange(9) + 0.5) / 9
         positions = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)
         o, d, reach = sensor_rays(sensor, positions)
@@ -121,7 +121,14 @@ class SensorConnection:
 class PinholeOnDevice:
     """A `Pinhole` in a kernel's numbers."""
 
-    def __init__(self, rows, center, det, near, far):
+    def __init__(
+        self,
+        rows: list[mi.Vector3f],
+        center: mi.Point3f,
+        det: mi.Float,
+        near: mi.Float,
+        far: mi.Float,
+    ) -> None:
         self.rows, self.center, self.det, self.near, self.far = rows, center, det, near, far
 
     def pdf(self, d: mi.Vector3f) -> mi.Float:
