@@ -10,7 +10,7 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis study-gravity study-curved-space
+        study-scaling study-metropolis study-gravity study-curved-space study-bdpt
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -131,6 +131,10 @@ study-scaling: setup
 study-metropolis: setup
 	$(STUDY) metropolis $(if $(CORPUS),'$(CORPUS)')
 	$(STUDY) metropolis-agreement $(if $(CORPUS),'$(CORPUS)')
+
+# As study-metropolis; the figures of the page are rough where something else runs.
+study-bdpt: setup
+	$(STUDY) bdpt $(if $(CORPUS),'$(CORPUS)')
 
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files

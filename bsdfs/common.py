@@ -88,7 +88,7 @@ def diffuse_plus_lobe() -> type[mi.BSDF]:
         def value_and_pdf(self, surface, wi, wo, active):
             """Return (f cos theta_o, pdf of ``draw``) and the mask of what lies above."""
             rho_d, rho_s, p_lobe, shape = surface
-            active &= (wi.z >= GRAZING) & (wo.z >= GRAZING)
+            active = active & (wi.z >= GRAZING) & (wo.z >= GRAZING)  # the caller keeps its own
             # Lanes below the surface get harmless directions: 0 times their NaN is a NaN gradient.
             up = mi.Vector3f(0, 0, 1)
             wi, wo = dr.select(active, wi, up), dr.select(active, wo, up)

@@ -288,12 +288,12 @@ def define() -> type[mi.BSDF]:
                 bs.sampled_type |= dr.select(
                     diffused | (front ^ mirrored), mi.UInt32(SUBSURFACE), 0
                 )
-                active &= front | (self.level == -1)
+                active = active & (front | (self.level == -1))
             else:
                 F_i = mi.fresnel(lambert.z, self.eta)[0]
                 bs.pdf[diffused] *= mi.warp.square_to_cosine_hemisphere_pdf(lambert)
                 weight = self.albedo(si, active & diffused) * (1 - F_i)
-                active &= front
+                active = active & front
             tint = self.specular_reflectance.eval(si, active & mirrored & front)
             weight = dr.select(mirrored, dr.select(front, tint, 1), weight)
             weight *= dr.select(mirrored, F, 1 - F) / dr.select(mirrored, p, 1 - p)
@@ -302,7 +302,7 @@ def define() -> type[mi.BSDF]:
         def eval_pdf(self, ctx, si, wo, active=True):
             if ctx.type_mask & SUBSURFACE:
                 return mi.Spectrum(0), mi.Float(0)
-            active &= (si.wi.z > 0) & (wo.z > 0)
+            active = active & (si.wi.z > 0) & (wo.z > 0)
             F_o, F_i = mi.fresnel(si.wi.z, self.eta)[0], mi.fresnel(wo.z, self.eta)[0]
             pdf = (1 - F_o) * dr.inv_pi * wo.z
             value = self.albedo(si, active) * (1 - F_i) * pdf

@@ -106,12 +106,22 @@ def define() -> type[mi.Emitter]:
         def pdf_direction(self, it, ds, active=True):
             return mi.Float(0)
 
-        def sample_ray(self, time, sample1, sample2, sample3, active=True):
-            disk = mi.warp.square_to_uniform_disk_concentric(sample2)
-            frame = mi.Frame3f(self.direction)
-            inner = (1 - MARGIN) * self.radius
+        def _point(self, sample):
+            """A point of the inside, whose projection along the light is uniform on a disk."""
+            disk = mi.warp.square_to_uniform_disk_concentric(sample)
             height = dr.sqrt(dr.maximum(1 - dr.squared_norm(disk), 0))
-            p = self.center + inner * frame.to_world(mi.Vector3f(disk.x, disk.y, -height))
+            v = mi.Frame3f(self.direction).to_world(mi.Vector3f(disk.x, disk.y, -height))
+            return dr.fma((1 - MARGIN) * self.radius, v, self.center)
+
+        def sample_position(self, time, sample, active=True):
+            ps = dr.zeros(mi.PositionSample3f)
+            ps.p, ps.n, ps.time = self._point(sample), mi.Normal3f(self.direction), time
+            area = dr.pi * dr.square(self.radius)
+            ps.pdf = dr.rcp(area)
+            return ps, area
+
+        def sample_ray(self, time, sample1, sample2, sample3, active=True):
+            p = self._point(sample2)
             si = spectrum_lookup(p, mi.Point2f(0), time)
             wavelengths, weight = sample_spectrum(self.irradiance, si, sample1, active)
             ray = mi.Ray3f(p, self.direction, time, wavelengths)

@@ -3,6 +3,7 @@
 from relume.registration import register_plugins
 
 PLUGINS = (
+    "bdpt",
     "curvedspace",
     "dipole",
     "dopplershift",

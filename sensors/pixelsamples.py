@@ -70,6 +70,7 @@ class PixelFilter:
         x = ((np.arange(CELLS) + 0.5) / CELLS * 2 - 1) * self.radius
         f = np.array([float(np.array(rfilter.eval(mi.Float(t))).item()) for t in x])
         sums = [np.concatenate([[0.0], np.cumsum(g)]) for g in (np.abs(f), f)]
+        self.mass = float(sums[0][-1]) * 2 * self.radius / CELLS
         self.total, self.signed = (mi.Float((s / sums[0][-1]).astype(np.float32)) for s in sums)
 
     def place(
@@ -111,6 +112,16 @@ class PixelFilter:
         return t * (2 * self.radius / CELLS) - self.radius + 0.5, (
             dr.sign(f[1] - f[0]) * (last - first) / whole
         )
+
+    def integral(self, corner: mi.Float, size: mi.Float) -> mi.Float:
+        """The integral of f along one axis over what a pixel sees; arguments as `place`."""
+        low, high = mi.Float(0), mi.Float(CELLS)
+        if not self.border:
+            to_cells = CELLS / (2 * self.radius)
+            low = dr.maximum((self.radius - (corner + 0.5)) * to_cells, 0)
+            high = dr.minimum((self.radius + size - (corner + 0.5)) * to_cells, CELLS)
+        start, end = (self._interpolated(self.signed, x) for x in (low, high))
+        return self.mass * (end - start)
 
     @staticmethod
     def _interpolated(table, cell):

@@ -4,7 +4,7 @@ from studies.mutations import of
 
 SURFACES, DIPOLE = "integrators/test_surfacepath.py", "integrators/test_dipole.py"
 HERO = "integrators/test_hero_wavelength.py"
-METROPOLIS = "integrators/test_metropolis.py"
+METROPOLIS, BDPT = "integrators/test_metropolis.py", "integrators/test_bdpt.py"
 SESSION, MATERIALS = "relume/test_session.py", "translator/test_materials.py"
 
 shared = of("integrators/common.py", f"{DIPOLE}::test_emitter_hits_and_samples", DIPOLE)
@@ -14,6 +14,8 @@ steps = of("integrators/primarysamples.py", f"{METROPOLIS}::test_mutations_are_s
 frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
 mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
 redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
+weights = of("integrators/misweights.py", "integrators/test_misweights.py")
+lamps = of("integrators/emission.py", f"{BDPT}::test_emission_is_as_dense_as_hits_have_it")
 response = of("integrators/samplescale.py", "integrators/test_samplescale.py")
 camera = of("sensors/screencamera.py", "sensors/test_screencamera.py")
 pixels = of("sensors/pixelsamples.py", "sensors/test_pixelsamples.py")
@@ -130,5 +132,20 @@ RENDERING = [
         "tent 2 % too wide",
         "radius = 0.5 if abs",
         "radius = 0.51 if abs",
+    ),
+    weights(
+        "density of scattering 2 % too large in the weights of paths from both ends",
+        "p = dr.select(pdf > 0, dr.rcp(pdf), 0)",
+        "p = dr.select(pdf > 0, dr.rcp(1.02 * pdf), 0)",
+    ),
+    weights(
+        "density of connections 2 % too large in their weights",
+        "dr.fma(pdf_y, others_y, pdf_x * others_x)",
+        "dr.fma(1.02 * pdf_y, others_y, pdf_x * others_x)",
+    ),
+    lamps(
+        "density of emission 2 % too large in the weights of paths from both ends",
+        "Row(AREA, R=float(density.max())",
+        "Row(AREA, R=1.02 * float(density.max())",
     ),
 ]

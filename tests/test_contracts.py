@@ -387,7 +387,7 @@ that file and `tests/integrators/test_metropolis_films.py` prove what it says.
 """
 FILMS = """## Films
 
-`pssmlt` and `erpt` fill films themselves; the other integrators leave that to Mitsuba.
+`bdpt`, `pssmlt` and `erpt` fill films themselves; the other integrators leave that to Mitsuba.
 
 | film | result |
 | --- | --- |

@@ -124,6 +124,13 @@ def diffused(document: Document) -> Document:
     return media.with_method(document, dipole=True)
 
 
+def without_wrapping(translation: Translation) -> str:
+    """The obstacle of methods that trace no single rays, which other integrators take them for."""
+    if "integrator" in paths_of(translation.scene["integrator"]):
+        return "it cannot be nested in another integrator"
+    return without_medium(translation)
+
+
 def with_diffusion(translation: Translation) -> str:
     """The obstacle of the simulation that stands in for the dipole."""
     if not translation.document.objects:
@@ -210,6 +217,7 @@ DIPOLES = {
 METHODS = (
     Method("curvedspace", as_planned, obstacle=with_holes),
     Method("surfacepath", tracer("surfacepath"), obstacle=without_medium),
+    Method("bdpt", tracer("bdpt"), obstacle=without_wrapping),
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),

@@ -309,3 +309,22 @@ def test_other_variants(variant):
         results.append(row)
     for a, b in zip(*results, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-4)
+
+
+BELOW = ("ward", "phong", "subsurface", "schlickglass", "shadowcatcher")
+
+
+@pytest.mark.parametrize("kind", BELOW)
+def test_a_direction_that_is_evaluated_does_not_touch_the_one_that_is_drawn(kind):
+    """In one call, even if the former lies below the surface, and the caller's mask stays."""
+    mi.set_variant("llvm_ad_rgb")
+    bsdf, ctx = mi.load_dict({"type": kind}), mi.BSDFContext()
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.wi = dr.normalize(mi.Vector3f([0.3, 0.3], 0.1, 1))
+    numbers, active = (mi.Float(0.6, 0.6), mi.Point2f(0.3, 0.7)), mi.Bool(True, True)
+    below = mi.Vector3f(0.1, 0, [-0.9, 0.9])
+    *_, bs, weight = bsdf.eval_pdf_sample(ctx, si, below, *numbers, active)
+    alone, weight_alone = bsdf.sample(ctx, si, *numbers, mi.Bool(True, True))
+    assert dr.all(active)
+    assert np.array(weight) == pytest.approx(np.array(weight_alone))
+    assert np.array(bs.pdf) == pytest.approx(np.array(alone.pdf))

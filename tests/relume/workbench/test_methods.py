@@ -44,9 +44,10 @@ def names(stage):
 
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
-    assert names(staged()) == ["surfacepath", "path", "volpath", *SURFACE_CHAINS]
+    assert names(staged()) == ["surfacepath", "bdpt", "path", "volpath", *SURFACE_CHAINS]
     assert names(staged(objects=GLASS_BALL)) == [
         "surfacepath",
+        "bdpt",
         "path",
         "volpath",
         "dielectric",
@@ -54,6 +55,7 @@ def test_each_scene_gets_the_methods_that_can_render_it(staged):
     ]
     assert names(staged(objects=PRISM)) == [
         "surfacepath",
+        "bdpt",
         "path",
         "volpath",
         *SURFACE_CHAINS,
