@@ -10,10 +10,11 @@ import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators import misweights
+from relume.integrators.common import russian_roulette
 from relume.integrators.lightvertices import LightCache
 from relume.integrators.misweights import Subpath
 from relume.integrators.scattering import Towards, scatter, towards, without_shading_normal
-from relume.integrators.subpaths import Transport, roulette, unoccluded
+from relume.integrators.subpaths import Transport, unoccluded
 
 
 @dataclass
@@ -180,14 +181,13 @@ def step(
     path.m = dr.select(known, path.m, after)
     path.delta = dr.select(known, path.delta, delta)
     path.β *= weight
-    eta2 = dr.square(dr.select(passes, 1, drawn.eta))
-    path.η *= eta2
-    β_max = dr.max(path.β)
+    eta = dr.select(passes, 1, drawn.eta)
+    path.η *= eta
+    kept = dr.max(weight) * dr.square(eta)
     decides = (path.depth >= t.rr_depth) & ~passes
-    factor, survives = roulette(
-        β_max, β_max * path.η, weight * eta2, path.depth, sampler.next_1d(), decides
+    path.β, survives = russian_roulette(
+        path.β, path.η, kept, path.depth, decides, sampler.next_1d()
     )
-    path.β *= factor
     path.active = (goes_on | passes) & survives
 
 

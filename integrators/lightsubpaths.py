@@ -10,13 +10,14 @@ import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators import misweights
+from relume.integrators.common import russian_roulette
 from relume.integrators.emission import AREA, FAR, POINT
 from relume.integrators.lightstarts import LightStart
 from relume.integrators.lightvertices import SLOTS, LightVertex, LightVertices
 from relume.integrators.misweights import Subpath
 from relume.integrators.scattering import scatter, without_shading_normal
 from relume.integrators.splats import SplatFilm
-from relume.integrators.subpaths import Transport, roulette, unoccluded
+from relume.integrators.subpaths import Transport, unoccluded
 
 
 @dataclass
@@ -178,10 +179,11 @@ def step(
     path.no_delta = dr.select(passes, path.no_delta, t.surfaces.unlit(si.shape, mi.Bool(True)))
     path.edges = dr.select(passes, path.edges, edges)
     path.ray = si.spawn_ray(d)
-    left = dr.max(path.β) / path.bright
     decides = met & ~passes & (path.edges >= t.rr_depth)
-    factor, survives = roulette(left, left, weight, path.edges, sampler.next_1d(), decides)
-    path.β *= factor
+    left, survives = russian_roulette(
+        path.β / path.bright, mi.Float(1), dr.max(weight), path.edges, decides, sampler.next_1d()
+    )
+    path.β = left * path.bright
     path.active = (goes_on | passes) & ~stops & survives
 
 

@@ -11,7 +11,6 @@ from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.lightstarts import Emission
 from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
 from relume.integrators.sensorconnections import PinholeOnDevice
-from relume.integrators.surfacepath import LOSSLESS, PATIENCE
 
 MAPS = ("BumpMap", "NormalMap")
 """BSDFs that need derivatives of the surface."""
@@ -57,35 +56,6 @@ class Transport:
         if self.only is None:
             return weight
         return dr.select((s == self.only[0]) & (t == self.only[1]), mi.Float(1), 0)
-
-
-def roulette(
-    left: mi.Float,
-    without_loss: mi.Float,
-    weight: mi.Spectrum,
-    depth: mi.UInt32,
-    sample: mi.Float,
-    decides: mi.Bool,
-) -> tuple[mi.Float, mi.Bool]:
-    """End paths in proportion to what is left of them; see `surfacepath`.
-
-    Args:
-        left: largest channel of what they carry.
-        without_loss: the same without what is no loss.
-        weight: ``mi.Spectrum`` of the last event, likewise.
-        depth: ``mi.UInt32``.
-        sample: uniform variate.
-        decides: which may end.
-
-    Returns:
-        (factor of those that live, whether they do).
-    """
-    survival = dr.minimum(without_loss, 1)
-    patience = 1 - 2 / (mi.Float(depth) + PATIENCE)
-    lossless = dr.max(weight) >= LOSSLESS
-    survival = dr.select(lossless, dr.minimum(survival, patience), survival)
-    lives = (~decides | (sample < survival)) & (left > 0)
-    return dr.select(decides & lives, dr.rcp(survival), 1), lives
 
 
 def unoccluded(
