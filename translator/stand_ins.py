@@ -80,6 +80,7 @@ STAND_INS = {
     "ibl_texture": SKY,
     "accretion_disk_texture": RING,
     "texture": CHECKERBOARD,
+    "bump_texture": CHECKERBOARD,
 }
 """What stands in for the missing file of a keyword."""
 

@@ -10,8 +10,10 @@ function zoomable(frame, canvas, point, drag = () => false, click = () => {}) {
   const clamp = (value, size, room) => size <= room ? (room - size) / 2
     : Math.min(0, Math.max(room - size, value));
   function lay() {
-    frame.style.height =
-      `${Math.min(frame.clientWidth * canvas.height / canvas.width, .7 * innerHeight)}px`;
+    frame.style.width = "100%";
+    const width = Math.min(frame.clientWidth, .7 * innerHeight * canvas.width / canvas.height);
+    frame.style.width = `${width}px`;
+    frame.style.height = `${width * canvas.height / canvas.width}px`;
     const zoom = fit() * scale;
     left = clamp(left, canvas.width * zoom, frame.clientWidth);
     top = clamp(top, canvas.height * zoom, frame.clientHeight);
