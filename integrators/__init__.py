@@ -7,6 +7,7 @@ PLUGINS = (
     "dispersivepath",
     "erpt",
     "pssmlt",
+    "randomwalk",
     "samplescale",
     "shadowcatching",
     "surfacepath",

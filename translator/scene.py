@@ -62,6 +62,7 @@ OWN_PLUGINS = {
     "dispersivepath": "integrator",
     "erpt": "integrator",
     "pssmlt": "integrator",
+    "randomwalk": "integrator",
     "samplescale": "integrator",
     "shadowcatching": "integrator",
     "surfacepath": "integrator",
@@ -265,7 +266,7 @@ def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> 
     profile = media.PROFILES[dialect] if contents.dipole else None
     types = plan.plugin_types(contents.entries)
     integrator, reason = plan.integrator(
-        document, dialect, scene.spectral, types, contents.media, profile
+        document, dialect, scene.spectral, types, contents.media, profile, bool(objects.media)
     )
     sensor = camera.sensor(document, dialect)
     around: Entry = {}
@@ -276,7 +277,7 @@ def assembled(scene: PlacedScene, objects: Contents, surroundings: Contents) -> 
         around_too = at_camera is scene.medium
         sensor["medium"] = media.REFERENCE if around_too else at_camera.entry()
     entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
-    if contents.media:
+    if contents.media and not objects.media:
         # The stock integrators for media let lamps shine where they are not.
         entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
     else:
