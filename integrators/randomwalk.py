@@ -35,6 +35,7 @@ surface,
                                {\sum_j q_j \sigma_{t,j} \, e^{-\sigma_{t,j} t}}, \qquad
     \beta_c \leftarrow \beta_c \frac{e^{-\sigma_{t,c} t}}{\sum_j q_j \, e^{-\sigma_{t,j} t}}
 
+(but where nothing scatters there is nothing to draw, and light is weighted by what is left of it),
 so that :math:`\sum_c \beta_c` stays what it is: no channel makes fireflies of another. At a
 scattering :math:`\beta_c` loses what is absorbed, and the direction is drawn from the mixture of
 the channels' phase functions with the same :math:`q_c`. ``isotropic``, ``hg`` and ``hgrgb`` are
@@ -88,15 +89,16 @@ Carlo Methods for Light Transport Simulation", 1997.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators import surfacepath
 from relume.integrators.boundaries import FAR, Anchor, KnownSurfaces
 from relume.integrators.common import NO_LIMIT, power_heuristic
 from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
 from relume.integrators.spherejumps import LEAST, eigenvalue, sample_exit, survival
+from relume.integrators.surfacepath import define as define_surfacepath
 from relume.integrators.walkmedia import Media, chosen, mixture, phase_values, sample_phase
 from relume.integrators.walks import Walk, flight_end, light_through, tolerance
 
@@ -147,7 +149,7 @@ def lamps_inside(scene: mi.Scene) -> bool:
 
 def define() -> type[mi.SamplingIntegrator]:
     """Return the plugin's class for the variant in use."""
-    SurfacePath = surfacepath.define()
+    SurfacePath: Any = define_surfacepath()
 
     @dataclass
     class WalkingPath(SurfacePath.state):
@@ -280,13 +282,17 @@ def define() -> type[mi.SamplingIntegrator]:
             sigma = chosen(q, sigma_t, sampler.next_1d()) if media.chromatic else sigma_t[0]
             drawn = -dr.log(1 - sampler.next_1d()) / sigma
             s = dr.select(walk.left > 0, walk.left, drawn)
+            # Where nothing scatters, all goes straight on to a surface.
+            straight = dr.max(inner.albedo) == 0
+            s = dr.select(straight, FAR, s)
             end = flight_end(around.scene, anchor, medium, walk, s, walk.inside)
             arrives = walk.inside & (end.t <= s)
             way = dr.select(end.stale, 0, dr.minimum(end.t, s))
+            T = dr.exp(-sigma_t * way)
             if media.chromatic:
-                T = dr.exp(-sigma_t * way)
                 f = dr.select(arrives, T, sigma_t * T)
-                walk.β *= dr.select(end.stale, 1, f / dr.sum(q * f))
+                walk.β *= dr.select(end.stale | straight, 1, f / dr.sum(q * f))
+            walk.β *= dr.select(straight, T, 1)
             scatters = walk.inside & ~arrives & ~end.stale
             walk.x = dr.select(walk.inside, dr.fma(way, walk.d, walk.x), walk.x)
             walk.n = dr.select(arrives, end.n, walk.n)

@@ -49,7 +49,7 @@ def mean_cosines(phase: mi.PhaseFunction) -> list[float]:
         return [float(dr.ravel(mi.traverse(phase)["g"])[0])] * 3
     if hasattr(phase, "channels"):
         return [float(np.array(g).ravel()[0]) for g in phase.g]
-    return None
+    raise ValueError(f"randomwalk takes the phase functions isotropic, hg and hgrgb, not {name}")
 
 
 def registry_number(medium: mi.Medium) -> int:
@@ -100,7 +100,7 @@ class Media:
         """`Coefficients` of the media that paths are in."""
         mei = dr.zeros(mi.MediumInteraction3f)
         mei.wavelengths = wavelengths
-        sigma_s, _, sigma_t = medium.get_scattering_coefficients(mei, active)
+        sigma_s, _, sigma_t = map(mi.Spectrum, medium.get_scattering_coefficients(mei, active))
         albedo = dr.select(sigma_t > 0, sigma_s / sigma_t, 0)
         return Coefficients(sigma_t, albedo, self.cosines(medium, wavelengths, active))
 
@@ -111,7 +111,7 @@ class Media:
         mei = dr.zeros(mi.MediumInteraction3f)
         mei.wavelengths = wavelengths
         _, _, sigma_t = medium.get_scattering_coefficients(mei, active)
-        return dr.exp(-sigma_t * way)
+        return dr.exp(-mi.Spectrum(sigma_t) * way)
 
     def cosines(self, medium: mi.MediumPtr, wavelengths: Any, active: mi.Bool) -> mi.Spectrum:
         """Mean cosines at the wavelengths of a path."""

@@ -244,9 +244,10 @@ def translate_surroundings(
         return Contents(entries)
     ball = scene.geometry.medium_ball()
     entries[media.BOUNDARY] = media.boundary(ball, document)
-    dense_media.report_long_walks(
-        document.lines, "participating_media", scene.medium, ball.radius, document.depth
-    )
+    if not objects.media:  # `randomwalk` ends no more of them than are absorbed
+        dense_media.report_long_walks(
+            document.lines, "participating_media", scene.medium, ball.radius, document.depth
+        )
     return Contents(entries, (scene.medium,))
 
 

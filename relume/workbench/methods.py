@@ -193,6 +193,7 @@ METHODS = (
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
+    Method("randomwalk", tracer("randomwalk"), obstacle=with_medium),
     Method("dispersivepath", tracer("dispersivepath"), obstacle=with_dispersion),
     Method("simulation", as_planned, obstacle=with_diffusion, document=simulated),
     *(
