@@ -257,7 +257,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 survival = dr.minimum(η2 * β_max, 1)
                 decides = scatters & (walk.depth >= self.rr_depth)
                 survives = sampler.next_1d() < survival
-                walk.β = dr.select(decides, walk.β / survival, walk.β)
+                walk.β = mi.Spectrum(dr.select(decides, walk.β / survival, walk.β))
                 walk.inside &= (~decides | survives) & (β_max != 0)
             self.come_out(walks, lights, walk, path)
 
@@ -325,7 +325,7 @@ def define() -> type[mi.SamplingIntegrator]:
             q = mixture(walk.β)
             f, pdf = phase_values(around.media, inner.g, q, walk.d, ds.d)
             mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
-            walk.L += dr.select(lit, walk.β * f * T * Le * mis, 0)
+            walk.L = mi.Spectrum(walk.L + dr.select(lit, walk.β * f * T * Le * mis, 0))
 
         def come_out(self, walks, lights, walk, path):
             """Take what has become of walks into their paths."""
