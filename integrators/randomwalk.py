@@ -106,6 +106,9 @@ OUT = 2.0
 """Radii of the scene at which walks end that an open surface has let out of it."""
 
 
+RECORDING = dr.JitFlag.SymbolicScope
+"""Whether a kernel is being recorded."""
+
 GRAZING = 1e-5
 """Least cosine at which walks leave a surface: the rounding of normals must not turn them back."""
 
@@ -118,7 +121,6 @@ class Surroundings(Surfaces):
         camera: the medium that the sensor is in, or None.
 
     Attributes:
-        scene: the scene.
         media: `Media`.
         known: `KnownSurfaces`.
         lamps_inside: whether a lamp may be inside a medium.
@@ -128,7 +130,6 @@ class Surroundings(Surfaces):
 
     def __init__(self, scene: mi.Scene, camera: mi.Medium | None) -> None:
         super().__init__(scene)
-        self.scene = scene
         self.media = Media(scene, camera)
         self.known = KnownSurfaces(scene)
         self.lamps_inside = self.media.exist and lamps_inside(scene)
@@ -136,7 +137,6 @@ class Surroundings(Surfaces):
         self.lit = self.see_through and self.media.emitters_sampled
         sphere = scene.bbox().bounding_sphere()
         self.center, self.radius = mi.Point3f(sphere.center), mi.Float(OUT * sphere.radius)
-        dr.make_opaque(self.center, self.radius)
 
 
 def lamps_inside(scene: mi.Scene) -> bool:
@@ -170,12 +170,25 @@ def define() -> type[mi.SamplingIntegrator]:
     class RandomWalk(SurfacePath):
         plugin = "randomwalk"
 
+        def __init__(self, props):
+            super().__init__(props)
+            self.kept = None
+
+        def surroundings(self, scene, medium):
+            """The `Surroundings` of a scene; in a kernel that is being recorded those before it.
+
+            There nothing can be evaluated, so chains of paths take those of their first samples.
+            """
+            if self.kept is None or self.kept[0] != scene.ptr or not dr.flag(RECORDING):
+                self.kept = scene.ptr, Surroundings(scene, medium)
+            return self.kept[1]
+
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):
-            around = Surroundings(scene, medium)
+            around = self.surroundings(scene, medium)
             path = self.set_out(scene, ray, medium, active)
             while dr.hint(path.active, label="Path tracer with random walks"):
-                self.walk(around, sampler, path)
+                self.walk(around, scene, sampler, path)
                 si = self.step(around, scene, sampler, path)
                 self.go_in(around, si, path)
             return path.L, path.seen, []
@@ -218,10 +231,10 @@ def define() -> type[mi.SamplingIntegrator]:
         def transmittance(self, surfaces, scene, si, ds, path, lit):
             ray = si.spawn_ray_to(ds.p)
             medium = dr.select(si.is_medium_transition(), si.target_medium(ray.d), path.medium)
-            return light_through(surfaces, medium, ray, ds, mi.Float(0), mi.Float(FAR), lit)
+            return light_through(scene, surfaces, medium, ray, ds, mi.Float(0), mi.Float(FAR), lit)
 
         @dr.syntax
-        def walk(self, around, sampler, path):
+        def walk(self, around, scene, sampler, path):
             """Follow the paths that are inside media until they meet a surface, or end."""
             media, anchor, medium = around.media, path.anchor, path.medium
             walks = path.active & path.walks
@@ -231,13 +244,14 @@ def define() -> type[mi.SamplingIntegrator]:
             kappa = eigenvalue(inner.reduced_albedo)
             walk = Walk.beginning(path.ray.d, path.β, path.depth, walks)
             while dr.hint(walk.inside, label="Random walk"):
-                scatters = self.fly(around, sampler, anchor, medium, inner, walk)
+                scatters = self.fly(around, scene, sampler, anchor, medium, inner, walk)
                 # Where a scattering begins, and what it leaves.
                 walk.β *= dr.select(scatters, inner.albedo, 1)
                 walk.depth[scatters] += 1
                 walk.inside &= ~scatters | (walk.depth < self.max_depth)
                 if dr.hint(around.lit, mode="scalar"):
-                    self.add_light(around, sampler, path, medium, inner, walk, scatters & lights)
+                    lit = scatters & lights
+                    self.add_light(around, scene, sampler, path, medium, inner, walk, lit)
                 q = mixture(walk.β)
                 w, weight, pdf = sample_phase(
                     media, inner.g, q, walk.d, sampler.next_1d(), sampler.next_2d()
@@ -275,7 +289,7 @@ def define() -> type[mi.SamplingIntegrator]:
             walk.β *= dr.select(active, survival(r * reduced, a, kappa), 1)
             return active
 
-        def fly(self, around, sampler, anchor, medium, inner, walk):
+        def fly(self, around, scene, sampler, anchor, medium, inner, walk):
             """Take walks to the end of a flight; return which of them scatter there."""
             media, sigma_t = around.media, inner.sigma_t
             q = mixture(walk.β)
@@ -285,7 +299,7 @@ def define() -> type[mi.SamplingIntegrator]:
             # Where nothing scatters, all goes straight on to a surface.
             straight = dr.max(inner.albedo) == 0
             s = dr.select(straight, FAR, s)
-            end = flight_end(around.scene, anchor, medium, walk, s, walk.inside)
+            end = flight_end(scene, anchor, medium, walk, s, walk.inside)
             arrives = walk.inside & (end.t <= s)
             way = dr.select(end.stale, 0, dr.minimum(end.t, s))
             T = dr.exp(-sigma_t * way)
@@ -306,9 +320,9 @@ def define() -> type[mi.SamplingIntegrator]:
             walk.inside &= dr.squared_norm(p - around.center) < dr.square(around.radius)
             return scatters
 
-        def add_light(self, around, sampler, path, medium, inner, walk, lit):
+        def add_light(self, around, scene, sampler, path, medium, inner, walk, lit):
             """Add the light of a sampled point of a lamp where walks scatter."""
-            scene, p = around.scene, path.anchor.p + walk.x
+            p = path.anchor.p + walk.x
             here = dr.zeros(mi.Interaction3f)
             here.p, here.time, here.wavelengths = p, path.ray.time, path.ray.wavelengths
             lit &= walk.inside & (walk.depth + 1 >= self.min_depth)
@@ -321,7 +335,7 @@ def define() -> type[mi.SamplingIntegrator]:
             own = dr.select(anchor.alone, anchor.distance(walk.x, ds.d), FAR)
             ray.o = dr.select(anchor.alone, dr.fma(own - off, ds.d, p), ray.o)
             ray.maxt = dr.select(anchor.alone, ray.maxt - own, ray.maxt)
-            T = light_through(around, medium, ray, ds, off, own, lit)
+            T = light_through(scene, around, medium, ray, ds, off, own, lit)
             q = mixture(walk.β)
             f, pdf = phase_values(around.media, inner.g, q, walk.d, ds.d)
             mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))

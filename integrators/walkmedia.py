@@ -131,8 +131,7 @@ def is_grey(medium: mi.Medium) -> bool:
         return True
     if mi.is_spectral:
         return not medium.has_spectral_extinction()
-    mei = dr.zeros(mi.MediumInteraction3f)
-    sigma_t = np.array(medium.get_scattering_coefficients(mei)[2], float).ravel()
+    sigma_t = np.array(mi.traverse(medium)["sigma_t.value.value"], float).ravel()
     return bool(np.ptp(sigma_t) <= 1e-6 * sigma_t.max())
 
 

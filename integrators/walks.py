@@ -138,6 +138,7 @@ def flight_end(
 
 @dr.syntax
 def light_through(
+    scene: mi.Scene,
     around: Any,
     medium: mi.MediumPtr,
     ray: mi.Ray3f,
@@ -149,7 +150,8 @@ def light_through(
     """What media and surfaces leave of the light of a sampled point of a lamp.
 
     Args:
-        around: the scene, its media, and surfaces that light crosses straight on.
+        scene: the scene.
+        around: its media, and surfaces that light crosses straight on.
         medium: where the ray starts.
         ray: toward the lamp, with its length; it may start `off` too early.
         ds: the sampled point.
@@ -170,7 +172,7 @@ def light_through(
     while dr.hint(active, label="Shadow ray through media"):
         end = mi.Float(ray.maxt)
         ray.maxt = around.reach(lamp, end)
-        si = around.scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
+        si = scene.ray_intersect(ray, mi.RayFlags.All, coherent=False, active=active)
         crosses = active & si.is_valid() & si.is_medium_transition()
         stale = crosses & first & (si.t < 3 * off) & (si.target_medium(-ray.d) != medium)
         way = dr.maximum(dr.minimum(si.t, end) - before, 0)

@@ -196,6 +196,29 @@ def test_in_fog_and_from_inside(outer, chance, level):
     chance.equal(a, b, precision=0.1)
 
 
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("chains", ["pssmlt", "erpt"])
+def test_in_chains_of_paths(chains, chance, level):
+    """Metropolis integrators trace it inside a loop, where nothing can be evaluated."""
+    parts = {"sky": DIM, "b": body("sphere", GLASS, medium([0.9, 0.8, 0.6], 5))}
+    plain, chained = (
+        level(
+            chance.runs(
+                mi.load_dict(
+                    {"type": "scene", "sensor": camera((0, 0, 4), 40.0), "integrator": kind}
+                    | parts
+                ),
+                32,
+            ).mean(axis=(1, 2))
+        )
+        for kind in (
+            {"type": "randomwalk"},
+            {"type": chains, "paths": {"type": "randomwalk"}},
+        )
+    )
+    chance.equal(plain, chained, precision=0.3)
+
+
 # ------------------------------ what it refuses, and geometry ------------------------------
 
 

@@ -1,4 +1,4 @@
-"""Walks from the middle of balls to their surface: the formulas against walks in double precision."""
+"""Walks from the middle of balls to their surface: formulas against walks in double precision."""
 
 import mitsuba as mi
 import numpy as np
@@ -15,7 +15,7 @@ def variant():
 
 
 def walked(radius, count, seed):
-    """Scatterings of isotropic walks from the middle of a ball, and the cosines that they leave at."""
+    """Scatterings of isotropic walks from the middle of a ball, and cosines that they leave at."""
     rng = np.random.default_rng(seed)
     x, n = np.zeros((count, 3)), np.zeros(count, int)
     numbers, cosines = [], []
