@@ -9,6 +9,7 @@ PLUGINS = (
     "dopplershift",
     "erpt",
     "pssmlt",
+    "randomwalk",
     "samplescale",
     "shadowcatching",
     "surfacepath",

@@ -105,6 +105,9 @@ def define() -> type[mi.SamplingIntegrator]:
         delta: mi.Bool
 
     class SurfacePath(mi.SamplingIntegrator):
+        plugin = "surfacepath"
+        state = Path
+
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
             self.max_depth, self.rr_depth = path_depths(props)
@@ -115,7 +118,7 @@ def define() -> type[mi.SamplingIntegrator]:
             longest = min(max_depth, self.max_depth)
             return mi.load_dict(
                 {
-                    "type": "surfacepath",
+                    "type": self.plugin,
                     "min_depth": max(min_depth, self.min_depth),
                     "max_depth": -1 if longest == NO_LIMIT else longest,
                     "rr_depth": self.rr_depth,
@@ -149,12 +152,8 @@ def define() -> type[mi.SamplingIntegrator]:
             )
 
         def step(self, surfaces, scene, sampler, path):
-            """Trace one ray and scatter where it ends."""
-            # Embree's coherent traversal gains for neighbouring rays from the camera alone.
-            ordered = False if getattr(sampler, "unordered", False) else path.depth == 0
-            si = scene.ray_intersect(
-                path.ray, ray_flags=mi.RayFlags.All, coherent=ordered, active=path.active
-            )
+            """Trace one ray and scatter where it ends; return what it meets."""
+            si = self.met(scene, sampler, path)
             bsdf = si.bsdf()
             flags = bsdf.flags()
             T = bsdf.eval_null_transmission(si, path.active) if surfaces.see_through else None
@@ -182,7 +181,7 @@ def define() -> type[mi.SamplingIntegrator]:
             direct = f * Le * dr.detach(mis)
             if surfaces.see_through:
                 lit &= dr.any(direct != 0)
-                direct *= surfaces.transmittance(scene, si, ds, lit)
+                direct *= self.transmittance(surfaces, scene, si, ds, path, lit)
             path.L[lit] = dr.fma(path.β, direct, path.L)
 
             # ---------------------------- next ray and weight ----------------------------
@@ -214,6 +213,15 @@ def define() -> type[mi.SamplingIntegrator]:
             delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
             path.delta = dr.select(known, path.delta, delta)
             self.roulette(sampler, path, weight, dr.select(passes, 1, bs.eta), passes, goes_on)
+            return si
+
+        def met(self, scene, sampler, path):
+            """What the ray of a path meets."""
+            # Embree's coherent traversal gains for neighbouring rays from the camera alone.
+            ordered = False if getattr(sampler, "unordered", False) else path.depth == 0
+            return scene.ray_intersect(
+                path.ray, ray_flags=mi.RayFlags.All, coherent=ordered, active=path.active
+            )
 
         def hidden(self, si, path):
             """Whether rays have met emitters that are not to be seen."""
@@ -253,6 +261,10 @@ def define() -> type[mi.SamplingIntegrator]:
                 L = scene.eval_emitter_direction(si, ds, lit)
                 Le = dr.select(lit, L / dr.detach(ds.pdf), 0)
             return ds, Le, lit
+
+        def transmittance(self, surfaces, scene, si, ds, path, lit):
+            """What is left of the light of a sampled point of a lamp where it arrives."""
+            return surfaces.transmittance(scene, si, ds, lit)
 
         def roulette(self, sampler, path, weight, eta, passes, goes_on):
             """Take a step's weight into the path, and end it in proportion to what is left."""

@@ -39,6 +39,9 @@ Journal 93, 1941, eq. 2; legacy manual, `PAHASE`. Its inverse, by which directio
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 
@@ -54,6 +57,22 @@ BLUE, GREEN, RED = 464.0, 549.0, 611.0
 DELTA_DENSITY = 1e9
 """Density reported for a direction of the Dirac lobe: far above that of any emitter sample, so that
 its weight in multiple importance sampling is 1, and with a square that single precision holds."""
+
+
+def at_wavelengths(g: Sequence[mi.Float], wavelengths: Any) -> list[mi.Float]:
+    """g of each channel of the variant in use.
+
+    Args:
+        g: of red, green and blue.
+        wavelengths: of a path [nm]; used in spectral variants alone.
+    """
+    if mi.is_rgb:
+        return list(g)
+    if mi.is_monochromatic:
+        return [(g[0] + g[1] + g[2]) / 3]
+    to_green = dr.clip((wavelengths - BLUE) / (GREEN - BLUE), 0, 1)
+    to_red = dr.clip((wavelengths - GREEN) / (RED - GREEN), 0, 1)
+    return list(dr.lerp(dr.lerp(g[2], g[1], to_green), g[0], to_red))
 
 
 def toward(wi: mi.Vector3f, g: mi.Float) -> mi.Vector3f:
@@ -80,13 +99,7 @@ def define() -> type[mi.PhaseFunction]:
 
         def channels(self, wavelengths):
             """Return g of each channel, as a list of floats."""
-            if mi.is_rgb:
-                return list(self.g)
-            if mi.is_monochromatic:
-                return [dr.mean(self.g)]
-            to_green = dr.clip((wavelengths - BLUE) / (GREEN - BLUE), 0, 1)
-            to_red = dr.clip((wavelengths - GREEN) / (RED - GREEN), 0, 1)
-            return list(dr.lerp(dr.lerp(self.g[2], self.g[1], to_green), self.g[0], to_red))
+            return at_wavelengths(self.g, wavelengths)
 
         def lobe(self, g, wi, wo):
             """Return p for one channel, 0 for a Dirac lobe."""

@@ -36,7 +36,7 @@ from relume.turns import alone
 FALLBACK = "scalar_rgb"
 """Variant for machines without a usable LLVM library."""
 
-STAND_INS = {"surfacepath": "volpath"}
+STAND_INS = {"surfacepath": "volpath", "randomwalk": "volpathmis"}
 """What scalar variants run in the place of our plugins; lamps with a mask shine in full there."""
 
 SceneSource = str | os.PathLike[str] | Document

@@ -64,7 +64,7 @@ def definitions(module):
             found[node.name] = node, module
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("relume."):
             others = definitions(node.module)
-            found |= {a.name: others[a.name] for a in node.names if a.name in others}
+            found |= {a.asname or a.name: others[a.name] for a in node.names if a.name in others}
     return found
 
 

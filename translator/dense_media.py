@@ -1,46 +1,45 @@
 """Media too dense to be simulated, with a note of where the limit lies.
 
-Two things fail. A ray starts off its surface by `precision.ray_offset`, so a walk into a medium
-begins at that depth: with an albedo of 0.9, 3, 10 and 29 % of the light are lost where it is 0.06,
-0.18 and 0.6 mean free paths. And roulette ends a twentieth of the paths at each scattering beyond
-DEPTH: what longer walks carry is in too few samples to be seen. In a furnace of albedo 1 of 60 mean
-free paths to its end, 84 % of the light are lost with DEPTH 200; of 100 and DEPTH 1000, 5 %.
+Two things fail. `randomwalk` follows walks inside objects in coordinates of their own, but where
+other faces are it knows as single precision does: with an albedo of 0.9 a sphere that is not alone
+is 2 % too bright where coordinates are rounded to 0.06 mean free paths, and exact at 0.006. And in
+a medium around all objects the roulette of `volpath` ends a twentieth of the paths at each
+scattering beyond DEPTH: what longer walks carry is in too few samples to be seen. In a furnace of
+albedo 1 of 60 mean free paths to its end, 84 % of the light are lost with DEPTH 200; of 100 and
+DEPTH 1000, 5 %.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from relume.translator import precision
 from relume.translator.diagnostics import LineReports
 from relume.translator.media import HomogeneousMedium
 from relume.translator.objects import SceneObject
 
-DEPTH = 0.02
-"""Mean free paths below the surface from which on a note tells where walks begin: a loss of 1 %."""
+ROUNDING = 2.0**-24
+"""Largest error of a coordinate in single precision, in units of it."""
+
+UNSURE = 0.02
+"""Mean free paths from which on a note tells that coordinates are rounded to them."""
 
 SURVIVED = 100
 """Scatterings beyond DEPTH that a path in 170 survives."""
 
 
-def report_deep_starts(block: SceneObject, medium: HomogeneousMedium, corners: np.ndarray) -> None:
-    """Report that walks begin too deep in an object, if they do.
+def report_rounding(block: SceneObject, medium: HomogeneousMedium, corners: np.ndarray) -> None:
+    """Report that single precision does not tell where an object's surface is, if it does not.
 
     Args:
         block: the object.
         medium: the medium inside.
         corners: points of the object, or corners of its box, (N, 3), in world space.
     """
-    # Where nothing is absorbed it does not matter where a walk begins.
+    # Where nothing is absorbed it does not matter where a walk ends.
     reduced = np.where(np.array(medium.sigma_a) > 0, medium.reduced, 0).max()
-    depth = precision.ray_offset(corners) * reduced
-    if depth > DEPTH:
-        block.lines.becomes("", "walks-begin-deep", depth=depth)
-
-
-def least_half(points: np.ndarray) -> float:
-    """Half the shortest side of the box of points (N, 3)."""
-    return float(np.ptp(points, axis=0).min()) / 2
+    error = ROUNDING * float(np.abs(corners).max()) * reduced
+    if error > UNSURE:
+        block.lines.becomes("", "surface-unsure", error=error)
 
 
 def report_long_walks(
@@ -49,7 +48,7 @@ def report_long_walks(
     """Report that most of the light is scattered too often to be followed, if it is.
 
     Args:
-        lines: those of the document or object that has the medium.
+        lines: those of the document.
         field: field whose lines tell.
         medium: the medium.
         radius: about how far it is to its end [scene unit].

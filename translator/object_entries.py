@@ -280,9 +280,7 @@ def interior(scene: PlacedScene, index: int, part: Part) -> Interior:
     if not medium.exists:
         return Interior(bsdf)
     if (points := extent_points(scene, index, part)) is not None:
-        dense_media.report_deep_starts(block, medium, points)
-        radius = dense_media.least_half(points)
-        dense_media.report_long_walks(block.lines, "", medium, radius, scene.document.depth)
+        dense_media.report_rounding(block, medium, points)
     return Interior(bsdf, medium)
 
 

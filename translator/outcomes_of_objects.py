@@ -194,10 +194,10 @@ MEDIA = (
     ("dipole-alone", "ignored", "10.2", "of use to the dipole alone",
      "No effect on the picture: the light inside is simulated.",
      "Set `BSSRDF` to 1 to have the dipole."),
-    ("walks-begin-deep", "approximated", "10.2",
-     "single precision: rays start {depth:.2g} mean free paths below the surface: too dark",
-     "Light that would leave close to where it enters is lost: about 1 % at 0.02 mean free paths, "
-     "a tenth at 0.2.",
+    ("surface-unsure", "approximated", "10.2",
+     "single precision: coordinates are rounded to {error:.2g} mean free paths",
+     "Where other objects are near, or faces of a mesh meet, light leaves too early: about 2 % "
+     "more at 0.06 mean free paths; a sphere that nothing is in is exact.",
      "Lower `MATERIAL_SCALE`, make the object larger, or use the dipole (`BSSRDF` 1)."),
     ("long-walks", "approximated", "13.2",
      "walks of about {count:.2g} scatterings, roulette ends those well beyond DEPTH: too dark, or "

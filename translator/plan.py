@@ -129,6 +129,7 @@ def integrator(
     media: Sequence[HomogeneousMedium],
     profile: str | None,
     wrapped: Callable[[Entry], tuple[Entry, str]] = lambda paths: (paths, ""),
+    inside: bool = False,
 ) -> tuple[Entry, str]:
     """The integrator's dictionary and the reason for it.
 
@@ -140,8 +141,11 @@ def integrator(
         media: all media that light crosses.
         profile: profile of the dipole, or None where no object needs it.
         wrapped: from a path tracer to the one that knows relativity, and why.
+        inside: whether some of the media fill objects.
     """
-    if any(medium.chromatic for medium in media):
+    if inside:
+        kind, reason = "randomwalk", "scattering inside objects, walk by walk"
+    elif any(medium.chromatic for medium in media):
         kind, reason = "volpathmis", "a medium whose extinction differs between the channels"
     elif media:
         kind, reason = "volpath", "a medium with the same extinction in all channels"
@@ -151,7 +155,7 @@ def integrator(
         kind, reason = "surfacepath", "glass with dispersion: one wavelength for each path"
     else:
         kind, reason = "surfacepath", "no medium"
-    if dispersive and media:
+    if dispersive and media and not inside:
         # The stock ones part the wavelengths at each refraction, without bias.
         kind = "volpathmis"
         reason += "; glass with dispersion parts wavelengths with more noise than without a medium"

@@ -70,6 +70,7 @@ OWN_PLUGINS = {
     "dopplershift": "integrator",
     "erpt": "integrator",
     "pssmlt": "integrator",
+    "randomwalk": "integrator",
     "samplescale": "integrator",
     "shadowcatching": "integrator",
     "surfacepath": "integrator",
@@ -298,9 +299,10 @@ def translate_surroundings(
         return Contents(entries)
     ball = scene.geometry.medium_ball()
     entries[media.BOUNDARY] = media.boundary(ball, document)
-    dense_media.report_long_walks(
-        document.lines, "participating_media", scene.medium, ball.radius, document.depth
-    )
+    if not objects.media:  # `randomwalk` ends no more of them than are absorbed
+        dense_media.report_long_walks(
+            document.lines, "participating_media", scene.medium, ball.radius, document.depth
+        )
     return Contents(entries, (scene.medium,))
 
 
@@ -335,7 +337,14 @@ def assembled(
     types = plan.plugin_types(contents.entries)
     wrapped = functools.partial(curved_space.wrapped, document, dialect, apart or {})
     integrator, reason = plan.integrator(
-        document, dialect, scene.spectral, types, contents.media, profile, wrapped
+        document,
+        dialect,
+        scene.spectral,
+        types,
+        contents.media,
+        profile,
+        wrapped,
+        inside=bool(objects.media),
     )
     sensor = camera.sensor(seen or document, dialect)
     around: Entry = {}
@@ -346,7 +355,7 @@ def assembled(
         around_too = at_camera is scene.medium
         sensor["medium"] = media.REFERENCE if around_too else at_camera.entry()
     entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
-    if contents.media:
+    if contents.media and not objects.media:
         # The stock integrators for media let lamps shine where they are not.
         entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
     else:

@@ -221,6 +221,7 @@ METHODS = (
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),
+    Method("randomwalk", tracer("randomwalk"), obstacle=with_medium),
     Method("simulation", as_planned, obstacle=with_diffusion, document=simulated),
     *(
         Method(

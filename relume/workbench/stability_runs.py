@@ -40,8 +40,8 @@ MOST_RUNS = 256
 LIMITS = {
     "color-near-one",
     "long-walks",
+    "surface-unsure",
     "thin-glass",
-    "walks-begin-deep",
 }
 """Codes of the outcomes that announce a limit of the renderer, besides those unsupported."""
 

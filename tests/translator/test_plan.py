@@ -163,9 +163,17 @@ SCENES = {
     "milk": (
         BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\nMATERIAL_SYMBOL\nWholemilk\n",
         RGB,
-        "volpathmis",
+        "randomwalk",
         "perspective",
-        ["schlickglass"],
+        ["randomwalk", "schlickglass"],
+        32,
+    ),
+    "milk in fog": (
+        FOG + BALL + "reflection Subsurface_Scattering\nBSSRDF\n0\nMATERIAL_SYMBOL\nWholemilk\n",
+        RGB,
+        "randomwalk",
+        "perspective",
+        ["randomwalk", "schlickglass"],
         32,
     ),
     "metropolis": (

@@ -19,6 +19,7 @@ from relume.workbench.cells.scenes import (
 LIGHTS = ("lamp", "infinity", "parallel", "spot")
 OPACITIES = (0, 1e-4, 0.1, 0.5, 0.9, 0.9999, 1)
 SEES_THROUGH = ("surfacepath", "volpath")
+WALKS = ("volpath", "volpathmis", "randomwalk")
 BEHIND = (0, 3, 2)
 """Below the veil, from where the middle of the floor is seen."""
 
@@ -131,7 +132,7 @@ def ball_that_shines(opacity: float) -> Case:
     return Case(scene | {"ball": ball}, opacity + 0.1)
 
 
-@family("absorption [1/scene unit]", (0, 1e-3, 0.1, 0.3, 1, 3), "volpath", "volpathmis")
+@family("absorption [1/scene unit]", (0, 1e-3, 0.1, 0.3, 1, 3), *WALKS)
 def camera_inside_a_filled_ball(absorption: float) -> Case:
     """From the middle of a ball of radius 2 and index 1.5 under a sky of 1 one sees
     eta² (1 - F) e^(-2a) / (1 - F e^(-4a)), F = 0.04: what enters, and is reflected to and fro."""

@@ -65,7 +65,8 @@ def test_each_scene_gets_the_methods_that_can_render_it(staged):
     fog = {"integrator": {"type": "volpath"}, "box": {"interior": {"type": "homogeneous"}}}
     stage = staged()
     foggy = dataclasses.replace(stage.translation, scene=stage.translation.scene | fog)
-    assert [row.name for row in methods.methods_for(foggy)] == ["volpath", "volpathmis", *CHAINS]
+    walks = ["volpath", "volpathmis", "randomwalk"]
+    assert [row.name for row in methods.methods_for(foggy)] == [*walks, *CHAINS]
 
 
 def test_subsurface_scattering_is_diffused_or_simulated(staged):
@@ -73,14 +74,14 @@ def test_subsurface_scattering_is_diffused_or_simulated(staged):
     dipoles = ["dipole", "dipole-directional", "dipole-normalized"]
     diffused, simulated = staged(objects=MILK), staged(objects=MILK + "BSSRDF\n0\n")
     assert names(diffused) == ["simulation", *dipoles, *CHAINS]
-    assert names(simulated)[:5] == ["volpath", "volpathmis", *dipoles]
+    assert names(simulated)[:6] == ["volpath", "volpathmis", "randomwalk", *dipoles]
     for stage in (diffused, simulated):
         for name in dipoles:
             made = stage.translated(methods.find(name))
             assert "subsurface" in made.plan.plugins
             assert made.scene["integrator"]["profile"] == methods.DIPOLES[name]
     made = diffused.translated(methods.find("simulation"))
-    assert made.scene["integrator"]["type"] == "volpathmis" and methods.has_medium(made)
+    assert made.scene["integrator"]["type"] == "randomwalk" and methods.has_medium(made)
 
 
 def test_names_are_unique_and_found():

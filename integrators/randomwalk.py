@@ -1,0 +1,367 @@
+r"""Path tracer with random walks inside objects (``randomwalk``)
+==============================================================
+
+.. list-table::
+   :header-rows: 1
+
+   * - Parameter
+     - Type
+     - Description
+   * - ``min_depth``
+     - integer
+     - Shortest path that counts, as in ``surfacepath``. Default: 1.
+   * - ``max_depth``
+     - integer
+     - Longest path; each scattering in a medium counts as one bounce. -1 for no limit. Default: -1.
+   * - ``rr_depth``
+     - integer
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+   * - ``hide_emitters``
+     - boolean
+     - Leave out emitters that are seen directly, as in ``surfacepath``. Default: false.
+
+On surfaces it is ``surfacepath``. Where a path goes into a homogeneous medium (``interior``,
+``exterior``, or that of the sensor), a walk takes it to the next surface. It takes the place of
+``volpathmis`` in any scene with such media: the same light, as long as single precision lets
+``volpathmis`` have it.
+
+**Flights.** With the coefficients :math:`\sigma_{t,c}` and the throughput :math:`\beta_c` of the
+channels c, a channel is drawn with the probability :math:`q_c = \beta_c / \sum_j \beta_j`, and the
+length s from its exponential law. Where a flight ends at the distance t, by scattering or on a
+surface,
+
+.. math::
+    \beta_c \leftarrow \beta_c \frac{\sigma_{t,c} \, e^{-\sigma_{t,c} t}}
+                               {\sum_j q_j \sigma_{t,j} \, e^{-\sigma_{t,j} t}}, \qquad
+    \beta_c \leftarrow \beta_c \frac{e^{-\sigma_{t,c} t}}{\sum_j q_j \, e^{-\sigma_{t,j} t}}
+
+(but where nothing scatters there is nothing to draw, and light is weighted by what is left of it),
+so that :math:`\sum_c \beta_c` stays what it is: no channel makes fireflies of another. At a
+scattering :math:`\beta_c` loses what is absorbed, and the direction is drawn from the mixture of
+the channels' phase functions with the same :math:`q_c`. ``isotropic``, ``hg`` and ``hgrgb`` are
+known.
+
+**Roulette** lets a walk live with the probability :math:`\min(1, \eta^2 \max_c \beta_c)`, at each
+scattering from ``rr_depth`` on. It ends no more than is absorbed, so that a walk in a medium that
+absorbs nothing goes on until it leaves.
+
+**Deep inside** a sphere in which nothing else is, walks cross balls of 8 and more mean free paths
+in one step (`relume.integrators.spherejumps`, with its formulas and their error; for media whose g
+and extinction do not differ between the channels, or that scatter evenly, and without
+``max_depth``).
+
+**Where rays start.** A ray of single precision that starts at a point p of the world is off by
+:math:`6 \cdot 10^{-8} |p|`, and Mitsuba starts it :math:`9 \cdot 10^{-5} (1 + |p|)` off the
+surface: at a mean free path of :math:`10^{-4} |p|` all walks begin one free path below. Here
+positions x are relative to the point of entry, the anchor, around which the surface is
+
+.. math:: 2\, n \cdot x + k |x|^2 = 0
+
+with the normal n and the curvature k: 0 for flat faces, :math:`\pm 1/R` for spheres. Flights end
+there where this equation says. Other surfaces, and other faces of a mesh, are found by rays from
+the anchor plus x; they start :math:`2 \cdot 10^{-6}` of the coordinates too early, and a surface
+that the walk has left already is passed. Their error, :math:`10^{-7} |p|`, is that of the
+coordinates themselves, to both sides alike: 0.01 mean free paths where those are :math:`10^{-5}
+|p|`. In a sphere in which nothing else is, no ray is cast at all.
+
+**Lamps** are looked for from inside media whose surface lets light pass straight on (``null``,
+``mask``, index-matched ``schlickglass``), and where a lamp may be inside; elsewhere refraction
+would bend the ray. Shadow rays cross such surfaces and the media behind them. A medium with
+``sample_emitters`` false is left out.
+
+Media that vary in space, and other phase functions, are refused. Walks that an open surface has let
+out end at twice the radius of the scene.
+
+**Source.** M. J.-Y. Chiang, P. Kutz and B. Burley, "Practical and Controllable Subsurface
+Scattering for Production Path Tracing", SIGGRAPH 2016 Talks; A. Wilkie et al., "Hero Wavelength
+Spectral Sampling", Computer Graphics Forum 2014 (the balance of channels); E. Veach, "Robust Monte
+Carlo Methods for Light Transport Simulation", 1997.
+
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
+
+**Usage.**
+
+.. code-block:: python
+
+    {'type': 'randomwalk', 'rr_depth': 9}
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from relume.integrators.boundaries import FAR, Anchor, KnownSurfaces
+from relume.integrators.common import NO_LIMIT, power_heuristic
+from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
+from relume.integrators.spherejumps import LEAST, eigenvalue, sample_exit, survival
+from relume.integrators.surfacepath import define as define_surfacepath
+from relume.integrators.walkmedia import Media, chosen, mixture, phase_values, sample_phase
+from relume.integrators.walks import Walk, flight_end, light_through, tolerance
+
+OUT = 2.0
+"""Radii of the scene at which walks end that an open surface has let out of it."""
+
+
+RECORDING = dr.JitFlag.SymbolicScope
+"""Whether a kernel is being recorded."""
+
+GRAZING = 1e-5
+"""Least cosine at which walks leave a surface: the rounding of normals must not turn them back."""
+
+
+class Surroundings(Surfaces):
+    """What walks have to reckon with in a scene, as it is now.
+
+    Args:
+        scene: `mi.Scene`.
+        camera: the medium that the sensor is in, or None.
+
+    Attributes:
+        media: `Media`.
+        known: `KnownSurfaces`.
+        lamps_inside: whether a lamp may be inside a medium.
+        lit: whether lamps are looked for from inside media.
+        center, radius: the ball out of which walks end that an open surface has let out.
+    """
+
+    def __init__(self, scene: mi.Scene, camera: mi.Medium | None) -> None:
+        super().__init__(scene)
+        self.media = Media(scene, camera)
+        self.known = KnownSurfaces(scene)
+        self.lamps_inside = self.media.exist and lamps_inside(scene)
+        self.see_through |= self.lamps_inside
+        self.lit = self.see_through and self.media.emitters_sampled
+        sphere = scene.bbox().bounding_sphere()
+        self.center, self.radius = mi.Point3f(sphere.center), mi.Float(OUT * sphere.radius)
+
+
+def lamps_inside(scene: mi.Scene) -> bool:
+    """Whether the box around some lamp meets that around a shape with a medium inside."""
+    boxes = [s.bbox() for s in scene.shapes() if s.interior_medium() is not None]
+    lamps = [emitter for emitter in scene.emitters() if not emitter.is_environment()]
+    around = [lamp.bbox() for lamp in lamps]
+    return any(lamp.valid() and lamp.overlaps(box) for lamp in around for box in boxes)
+
+
+def define() -> type[mi.SamplingIntegrator]:
+    """Return the plugin's class for the variant in use."""
+    SurfacePath: Any = define_surfacepath()
+
+    @dataclass
+    class WalkingPath(SurfacePath.state):
+        """A path that may go through media.
+
+        It has the medium that its ray is in and, where it goes into one, its anchor; `open` tells
+        whether light crosses the surface there straight on. A walk that has ended on a surface
+        `probes` for it along the normal, and has come along `d`.
+        """
+
+        medium: mi.MediumPtr
+        anchor: Anchor
+        walks: mi.Bool
+        open: mi.Bool
+        probes: mi.Bool
+        d: mi.Vector3f
+
+    class RandomWalk(SurfacePath):
+        plugin = "randomwalk"
+
+        def __init__(self, props):
+            super().__init__(props)
+            self.kept = None
+
+        def surroundings(self, scene, medium):
+            """The `Surroundings` of a scene; in a kernel that is being recorded those before it.
+
+            There nothing can be evaluated, so chains of paths take those of their first samples.
+            """
+            if self.kept is None or self.kept[0] != scene.ptr or not dr.flag(RECORDING):
+                self.kept = scene.ptr, Surroundings(scene, medium)
+            return self.kept[1]
+
+        @dr.syntax
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            around = self.surroundings(scene, medium)
+            path = self.set_out(scene, ray, medium, active)
+            while dr.hint(path.active, label="Path tracer with random walks"):
+                self.walk(around, scene, sampler, path)
+                si = self.step(around, scene, sampler, path)
+                self.go_in(around, si, path)
+            return path.L, path.seen, []
+
+        def set_out(self, scene, ray, medium, active):
+            """A path at its sensor, which may be in a medium."""
+            within = medium is not None
+            return WalkingPath(
+                **vars(self.started(scene, ray, active)),
+                medium=mi.MediumPtr(medium) if within else dr.zeros(mi.MediumPtr),
+                anchor=Anchor.none(ray.o),
+                walks=mi.Bool(within),
+                open=mi.Bool(True),
+                probes=mi.Bool(False),
+                d=mi.Vector3f(ray.d),
+            )
+
+        def met(self, scene, sampler, path):
+            probe = path.ray.d
+            si = super().met(scene, sampler, path)
+            # A walk that has come to a surface leaves by it, however it grazes.
+            n = dr.mulsign(mi.Vector3f(si.n), dr.dot(si.n, probe))
+            d = dr.fma(dr.maximum(GRAZING - dr.dot(path.d, n), 0), n, path.d)
+            probes = path.probes & si.is_valid()
+            si.wi = dr.select(probes, si.to_local(-dr.normalize(d)), si.wi)
+            path.probes = mi.Bool(False)
+            return si
+
+        def go_in(self, around, si, path):
+            """Let paths go into the media beyond the surfaces that they have met."""
+            d = path.ray.d
+            meets = path.active & si.is_valid()
+            crosses = meets & si.is_medium_transition()
+            path.medium = dr.select(crosses, si.target_medium(d), path.medium)
+            path.walks = meets & (path.medium != None)  # noqa: E711
+            path.anchor = dr.select(path.walks, around.known.anchor(si, d, path.walks), path.anchor)
+            null = mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Null)
+            path.open = dr.select(crosses, null, path.open)
+
+        def transmittance(self, surfaces, scene, si, ds, path, lit):
+            ray = si.spawn_ray_to(ds.p)
+            medium = dr.select(si.is_medium_transition(), si.target_medium(ray.d), path.medium)
+            return light_through(scene, surfaces, medium, ray, ds, mi.Float(0), mi.Float(FAR), lit)
+
+        @dr.syntax
+        def walk(self, around, scene, sampler, path):
+            """Follow the paths that are inside media until they meet a surface, or end."""
+            media, anchor, medium = around.media, path.anchor, path.medium
+            walks = path.active & path.walks
+            inner = media.coefficients(medium, path.ray.wavelengths, walks)
+            η2 = dr.square(path.η)
+            lights = walks & (path.open | around.lamps_inside) & medium.use_emitter_sampling()
+            kappa = eigenvalue(inner.reduced_albedo)
+            walk = Walk.beginning(path.ray.d, path.β, path.depth, walks)
+            while dr.hint(walk.inside, label="Random walk"):
+                scatters = self.fly(around, scene, sampler, anchor, medium, inner, walk)
+                # Where a scattering begins, and what it leaves.
+                walk.β *= dr.select(scatters, inner.albedo, 1)
+                walk.depth[scatters] += 1
+                walk.inside &= ~scatters | (walk.depth < self.max_depth)
+                if dr.hint(around.lit, mode="scalar"):
+                    lit = scatters & lights
+                    self.add_light(around, scene, sampler, path, medium, inner, walk, lit)
+                q = mixture(walk.β)
+                w, weight, pdf = sample_phase(
+                    media, inner.g, q, walk.d, sampler.next_1d(), sampler.next_2d()
+                )
+                if dr.hint(around.media.similar and self.max_depth == NO_LIMIT, mode="scalar"):
+                    jumps = scatters & anchor.alone & (anchor.k > 0) & ~lights
+                    if jumps:
+                        jumps = self.jump(sampler, anchor, inner, kappa, walk, jumps)
+                    scatters &= ~jumps
+                walk.d = dr.select(scatters, w, walk.d)
+                walk.β *= dr.select(scatters, weight, 1)
+                if dr.hint(around.lit, mode="scalar"):
+                    walk.vertex = dr.select(scatters, walk.x, walk.vertex)
+                    walk.pdf = dr.select(scatters, pdf, walk.pdf)
+                # No light is lost for ever, however long the walk: what survives has β η² = 1.
+                β_max = dr.max(walk.β)
+                survival = dr.minimum(η2 * β_max, 1)
+                decides = scatters & (walk.depth >= self.rr_depth)
+                survives = sampler.next_1d() < survival
+                walk.β = mi.Spectrum(dr.select(decides, walk.β / survival, walk.β))
+                walk.inside &= (~decides | survives) & (β_max != 0)
+            self.come_out(walks, lights, walk, path)
+
+        def jump(self, sampler, anchor, inner, kappa, walk, active):
+            """Take walks to the surface of the largest ball around them; return which of them."""
+            reduced, a = inner.reduced, inner.reduced_albedo
+            q = mixture(walk.β)
+            way = dr.fma(inner.g[0] / reduced[0], walk.d, walk.x)
+            r = anchor.depth(way)
+            active &= r * dr.min(reduced) > LEAST
+            tau, mean_a = r * dr.sum(q * reduced), dr.sum(q * a)
+            u, d = sample_exit(tau, mean_a, sampler.next_2d(), sampler.next_2d())
+            walk.x = dr.select(active, dr.fma(r, u, way), walk.x)
+            walk.d = dr.select(active, d, walk.d)
+            walk.β *= dr.select(active, survival(r * reduced, a, kappa), 1)
+            return active
+
+        def fly(self, around, scene, sampler, anchor, medium, inner, walk):
+            """Take walks to the end of a flight; return which of them scatter there."""
+            media, sigma_t = around.media, inner.sigma_t
+            q = mixture(walk.β)
+            sigma = chosen(q, sigma_t, sampler.next_1d()) if media.chromatic else sigma_t[0]
+            drawn = -dr.log(1 - sampler.next_1d()) / sigma
+            s = dr.select(walk.left > 0, walk.left, drawn)
+            # Where nothing scatters, all goes straight on to a surface.
+            straight = dr.max(inner.albedo) == 0
+            s = dr.select(straight, FAR, s)
+            end = flight_end(scene, anchor, medium, walk, s, walk.inside)
+            arrives = walk.inside & (end.t <= s)
+            way = dr.select(end.stale, 0, dr.minimum(end.t, s))
+            T = dr.exp(-sigma_t * way)
+            if media.chromatic:
+                f = dr.select(arrives, T, sigma_t * T)
+                walk.β *= dr.select(end.stale | straight, 1, f / dr.sum(q * f))
+            walk.β *= dr.select(straight, T, 1)
+            scatters = walk.inside & ~arrives & ~end.stale
+            walk.x = dr.select(walk.inside, dr.fma(way, walk.d, walk.x), walk.x)
+            walk.n = dr.select(arrives, end.n, walk.n)
+            walk.left = dr.select(end.stale, s, 0)
+            walk.start = dr.select(end.stale, end.beyond, 0)
+            walk.fresh &= ~scatters
+            walk.arrived |= arrives
+            walk.inside &= ~arrives
+            # Open surfaces let walks out of the scene.
+            p = anchor.p + walk.x
+            walk.inside &= dr.squared_norm(p - around.center) < dr.square(around.radius)
+            return scatters
+
+        def add_light(self, around, scene, sampler, path, medium, inner, walk, lit):
+            """Add the light of a sampled point of a lamp where walks scatter."""
+            p = path.anchor.p + walk.x
+            here = dr.zeros(mi.Interaction3f)
+            here.p, here.time, here.wavelengths = p, path.ray.time, path.ray.wavelengths
+            lit &= walk.inside & (walk.depth + 1 >= self.min_depth)
+            ds, Le = scene.sample_emitter_direction(here, sampler.next_2d(), False, lit)
+            lit &= (ds.pdf != 0) & dr.any(Le != 0)
+            off = tolerance(p, path.anchor.extent)
+            ray = mi.Ray3f(dr.fma(-off, ds.d, p), ds.d, path.ray.time, path.ray.wavelengths)
+            ray.maxt = (ds.dist + off) * (1 - SHADOW_EPSILON)
+            anchor = path.anchor
+            own = dr.select(anchor.alone, anchor.distance(walk.x, ds.d), FAR)
+            ray.o = dr.select(anchor.alone, dr.fma(own - off, ds.d, p), ray.o)
+            ray.maxt = dr.select(anchor.alone, ray.maxt - own, ray.maxt)
+            T = light_through(scene, around, medium, ray, ds, off, own, lit)
+            q = mixture(walk.β)
+            f, pdf = phase_values(around.media, inner.g, q, walk.d, ds.d)
+            mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
+            walk.L = mi.Spectrum(walk.L + dr.select(lit, walk.β * f * T * Le * mis, 0))
+
+        def come_out(self, walks, lights, walk, path):
+            """Take what has become of walks into their paths."""
+            scattered = walk.depth > path.depth
+            path.active &= ~walks | walk.arrived
+            path.L += walk.L
+            path.β = walk.β
+            path.depth = walk.depth
+            path.seen |= scattered
+            p = path.anchor.p + walk.x
+            here = dr.zeros(mi.Interaction3f)
+            here.p = path.anchor.p + walk.vertex
+            path.vertex = dr.select(scattered & lights, here, path.vertex)
+            path.pdf = dr.select(scattered & lights, walk.pdf, path.pdf)
+            path.delta = dr.select(scattered, ~lights, path.delta)
+            path.d = walk.d
+            path.probes = walk.arrived
+            o = dr.fma(-4 * tolerance(p, path.anchor.extent), walk.n, p)
+            probe = mi.Ray3f(o, walk.n, path.ray.time, path.ray.wavelengths)
+            path.ray = dr.select(walk.arrived, probe, path.ray)
+
+        def to_string(self):
+            return super().to_string().replace("SurfacePath", "RandomWalk")
+
+    return RandomWalk
