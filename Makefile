@@ -3,7 +3,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
-PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors textures
+PACKAGES := translator bsdfs emitters integrators phasefunctions samplers scenes sensors textures
 QUIET   = $$(test -t 1 || echo --quiet)
 STATE   = { pwd; cat $(PINS); }
 

@@ -7,9 +7,9 @@ import threading
 
 import mitsuba as mi
 
-from relume import bsdfs, emitters, integrators, phasefunctions, sensors, textures
+from relume import bsdfs, emitters, integrators, phasefunctions, samplers, sensors, textures
 
-PACKAGES = (bsdfs, emitters, integrators, phasefunctions, sensors, textures)
+PACKAGES = (bsdfs, emitters, integrators, phasefunctions, samplers, sensors, textures)
 
 _set_variant = mi.set_variant
 _setting = threading.RLock()
