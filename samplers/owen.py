@@ -55,7 +55,7 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.primarysamples import hash_u32
+from relume.integrators.primarysamples import half_hash, hash_u32
 from relume.samplers import nets
 
 GOLDEN = 0x9E3779B9
@@ -111,6 +111,7 @@ def define() -> type[mi.Sampler]:
                 seed: integer or ``mi.UInt32``; another seed gives other sequences.
             """
             own = hash_u32(mi.UInt32(seed) + GOLDEN) ^ hash_u32(mi.UInt32(self.base_seed))
+            dr.make_opaque(own)  # the kernel is the same for all seeds
             self.own = hash_u32(sequence ^ own)
             self.index = mi.UInt32(index)
             self.restart()
@@ -129,28 +130,26 @@ def define() -> type[mi.Sampler]:
             pair = dr.select(left, self.half - 1, self.pair)
             self.half = dr.select(left, 0, pair + 1)
             self.pair = dr.select(left, self.pair, pair + 1)
-            x = self.point(pair)
-            x = dr.select(left, x >> nets.BITS, x & 0xFFFF)
-            return self.coordinate(x, 2 * pair + dr.select(left, mi.UInt32(1), 0))
+            point, key = self.point(pair)
+            digits = dr.select(left, point >> nets.BITS, point & 0xFFFF)
+            return fraction(scramble(digits, dr.select(left, half_hash(key), key)))
 
         def next_2d(self, active=True):
             pair = mi.UInt32(self.pair)
             self.pair += 1
-            x = self.point(pair)
-            first = self.coordinate(x & 0xFFFF, 2 * pair)
-            return mi.Point2f(first, self.coordinate(x >> nets.BITS, 2 * pair + 1))
+            point, key = self.point(pair)
+            first = fraction(scramble(point & 0xFFFF, key))
+            return mi.Point2f(first, fraction(scramble(point >> nets.BITS, half_hash(key))))
 
         def point(self, pair):
-            """The point in two dimensions, as in the table."""
-            block = pair // PAIRS
-            shuffled = scramble(self.digits, hash_u32(self.key ^ block * GOLDEN))
-            i = dr.select(block == 0, self.digits, shuffled)
+            """A point in a pair of dimensions, as in the table, and the key of its scrambling."""
+            key = hash_u32(self.key + pair * GOLDEN)
+            again = scramble(self.digits, self.key ^ (pair // PAIRS) * GOLDEN)
+            i = dr.select(pair < PAIRS, self.digits, again)
             place = (pair % PAIRS) * 256
             low = dr.gather(mi.UInt32, table, place + (i >> 24))
-            return low ^ dr.gather(mi.UInt32, table, place + (256 * PAIRS) + ((i >> 16) & 0xFF))
-
-        def coordinate(self, digits, dimension):
-            return fraction(scramble(digits, hash_u32(self.key + dimension * GOLDEN)))
+            high = dr.gather(mi.UInt32, table, place + (256 * PAIRS) + ((i >> 16) & 0xFF))
+            return low ^ high, key
 
         # ---------------- samples of a wavefront ----------------
 
