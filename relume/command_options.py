@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import click
 
 from relume.command_errors import readable_errors
-from relume.options import RenderOptions
+from relume.options import SAMPLERS, RenderOptions
 from relume.translator.dialects import DIALECTS
 
 SIZE = "WIDTHxHEIGHT"
@@ -67,6 +67,11 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     },
     "integrator": {"metavar": "ID", "help": "Integrator plugin instead of the planned one."},
     "variant": {"metavar": "NAME", "help": "Mitsuba variant instead of the planned one."},
+    "sampler": {
+        "type": click.Choice(SAMPLERS),
+        "show_default": True,
+        "help": "Numbers spread evenly in each pixel, or independent ones.",
+    },
     "dialect": {
         "type": click.Choice(DIALECTS),
         "show_default": True,

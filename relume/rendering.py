@@ -194,7 +194,8 @@ def rendered_passes(
             integrator say.
     """
     if cluster is None:
-        with open_session(translation, options) as session:
+        per_pass = checkpoint.header.render[fingerprint.PER_PASS]
+        with open_session(translation, options, per_pass) as session:
             if not translation.picture_notes() and sees_nothing(session.scene):
                 checkpoint.console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
             with closing(session.render(to_do)) as found:

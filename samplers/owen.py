@@ -14,9 +14,10 @@ r"""Scrambled net in every pixel (``owen``)
      - integer
      - Offset of the seed. Default: 0.
 
-Each pixel has a sequence of its own of points :math:`x_i \in [0, 1)^{16}`, whose first
-:math:`n` points fill the cube more evenly than independent ones for every :math:`n`: a digital
-:math:`(0, 16)`-sequence in base 16 whose pairs of dimensions are :math:`(0, 2)`-sequences in base 2,
+Each pixel has a sequence of its own of points :math:`x_i \in [0, 1)^{16}`. The first :math:`n` of
+them fill the cube more evenly than independent ones, for every :math:`n`: a digital
+:math:`(0, 16)`-sequence in base 16 whose pairs of dimensions are :math:`(0, 2)`-sequences in
+base 2,
 
 .. math::
 

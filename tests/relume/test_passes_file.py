@@ -67,13 +67,14 @@ def altered(path, **changes):
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"format": 2}, "format 2, expected 1"),
+        ({"format": 1}, "format 1, expected 2"),
         ({"size": [4, 5]}, "damaged or incomplete"),
         ({"checksum": 1}, "damaged or incomplete"),
         ({"size": [0, 5]}, "damaged header"),
         ({"passes": "0:2x1 1:3x1"}, "damaged header: pass 1 is there twice"),
         ({"passes": ""}, "damaged header"),
         ({"observations": None}, "damaged header"),
+        ({"lead": 7}, "damaged header"),
         ({"seconds": "long"}, "damaged header"),
         ({"render": 3}, "damaged header"),
         ({"extra": 3}, "damaged header"),
