@@ -1,83 +1,181 @@
-"""A digital sequence of 16 dimensions in base 2 whose low-dimensional projections are good.
-
-With digits of 4 bits it is a (0, 16)-sequence in base 16; each of the dimensions 4k to 4k + 3 taken
-together a (0, 4)-sequence in base 4; each pair 2k, 2k + 1 a (0, 2)-sequence in base 2. So any two
-dimensions of 256 points are stratified 16 by 16, and a pair at any power of two in all ways.
+"""A digital sequence of 16 dimensions in base 2, good in pairs of dimensions and in all together.
 
 Dimension d of point i is C_d i over GF(2), the lowest bit of i and the first digit of the
-coordinate first. With P_q(a) for the matrix of blocks binom(c, r) a^(c - r), a in GF(q), r and c
-counting digits of base q, the matrices are
-
-    C = P_2(b) P_4(g) P_16(h),    b in {0, 1},  g in {0, w},  h in {0, y, 2 y, 3 y},
-
-w generating GF(4), and y GF(16) over it. P_q(a) P_q(b) = P_q(a + b), and P_2(1) or P_4(g) is a
-matrix P_16 after a change of the digits of base 16 among themselves, which leaves nets what they
-are: so all 16 are P_16 of different elements (Faure 1982, Niederreiter 1987).
-
-Source: Ahmed, Skopenkov, Hadwiger and Wonka, Analysis and synthesis of digital dyadic sequences,
-ACM Transactions on Graphics 42 (6), 2023.
+coordinate first. Each pair of dimensions has the matrices A and P A with Pascal's matrix P of
+binom(c, r) mod 2 and A upper triangular with ones on its diagonal. With A = 1 that is the sequence
+of van der Corput and Sobol' (1967), a (0, 2)-sequence; A changes the order of its points within
+each block of 2^m, which is free: so every pair is a (0, 2)-sequence, and how the pairs go together
+depends on the matrices A. These were searched for, pair by pair (`studies/nets.py`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-
-DIMENSIONS = 16
 
 BITS = 16
 """Bits of the index: there are 2^16 points."""
 
-Product = Callable[[int, int], int]
-"""Multiplication in a field whose elements are numbered so that addition is ^."""
+ORDERS = (
+    (
+        0x1,
+        0x2,
+        0x4,
+        0x8,
+        0x10,
+        0x20,
+        0x40,
+        0x80,
+        0x100,
+        0x200,
+        0x400,
+        0x800,
+        0x1000,
+        0x2000,
+        0x4000,
+        0x8000,
+    ),
+    (
+        0x1,
+        0x3,
+        0x7,
+        0xE,
+        0x15,
+        0x3A,
+        0x69,
+        0xE3,
+        0x19D,
+        0x34C,
+        0x5A3,
+        0xF4F,
+        0x18B2,
+        0x2DE6,
+        0x5D42,
+        0xD84F,
+    ),
+    (
+        0x1,
+        0x2,
+        0x6,
+        0x9,
+        0x1A,
+        0x30,
+        0x40,
+        0xA5,
+        0x179,
+        0x3DB,
+        0x73A,
+        0xC1C,
+        0x1E90,
+        0x29F2,
+        0x5201,
+        0xE5E2,
+    ),
+    (
+        0x1,
+        0x2,
+        0x5,
+        0xB,
+        0x1A,
+        0x39,
+        0x5D,
+        0x93,
+        0x184,
+        0x206,
+        0x577,
+        0xBD4,
+        0x1704,
+        0x3BD7,
+        0x53EE,
+        0xFE51,
+    ),
+    (
+        0x1,
+        0x2,
+        0x4,
+        0xA,
+        0x12,
+        0x21,
+        0x53,
+        0xC1,
+        0x11C,
+        0x2B6,
+        0x651,
+        0xE9B,
+        0x19F8,
+        0x3F17,
+        0x6D2D,
+        0x9FED,
+    ),
+    (
+        0x1,
+        0x2,
+        0x6,
+        0x8,
+        0x1D,
+        0x32,
+        0x6E,
+        0xEB,
+        0x135,
+        0x273,
+        0x54B,
+        0xE50,
+        0x1DB5,
+        0x214C,
+        0x78A8,
+        0xD098,
+    ),
+    (
+        0x1,
+        0x2,
+        0x7,
+        0xD,
+        0x14,
+        0x30,
+        0x43,
+        0xBD,
+        0x1F6,
+        0x363,
+        0x426,
+        0xF5A,
+        0x1E41,
+        0x3742,
+        0x6234,
+        0xE3F9,
+    ),
+    (
+        0x1,
+        0x3,
+        0x4,
+        0xE,
+        0x16,
+        0x35,
+        0x79,
+        0xD3,
+        0x163,
+        0x26E,
+        0x7D2,
+        0xB53,
+        0x182D,
+        0x3199,
+        0x4B06,
+        0xCB74,
+    ),
+)
+"""The matrices A: their columns as numbers, bit r being row r."""
+
+DIMENSIONS = 2 * len(ORDERS)
 
 
-def multiply_2(a: int, b: int) -> int:
-    """In GF(2)."""
-    return a & b
-
-
-def multiply_4(a: int, b: int) -> int:
-    """In GF(4), of elements a0 + a1 w with w² = w + 1."""
-    product = (a if b & 1 else 0) ^ (a << 1 if b & 2 else 0)
-    return product ^ 7 if product & 4 else product
-
-
-def multiply_16(a: int, b: int) -> int:
-    """In GF(16), of elements a0 + a1 y over GF(4) with y² = y + w."""
-    a0, a1, b0, b1 = a & 3, a >> 2, b & 3, b >> 2
-    high = multiply_4(a1, b1)
-    y = multiply_4(a0, b1) ^ multiply_4(a1, b0) ^ high
-    return multiply_4(a0, b0) ^ multiply_4(high, 2) | y << 2
-
-
-def pascal(a: int, product: Product, digit: int) -> np.ndarray:
-    """P_q(a), q = 2^digit: (BITS, BITS) integers 0 and 1, upper triangular."""
-    powers, blocks = 1, []
-    for _ in range(BITS // digit):
-        images = [product(powers, 1 << c) for c in range(digit)]
-        blocks.append([[image >> r & 1 for image in images] for r in range(digit)])
-        powers = product(powers, a)
-    result = np.zeros((BITS, BITS), int)
-    for r in range(BITS // digit):
-        for c in range(r, BITS // digit):
-            if c & r == r:  # binom(c, r) is odd (Lucas)
-                rows, columns = r * digit, c * digit
-                result[rows : rows + digit, columns : columns + digit] = blocks[c - r]
-    return result
+def pascal() -> np.ndarray:
+    """The matrix P: (BITS, BITS) integers 0 and 1; binom(c, r) is odd where c & r = r (Lucas)."""
+    r, c = np.indices((BITS, BITS))
+    return (r & c == r).astype(int)
 
 
 def matrices() -> np.ndarray:
     """The matrices C: (DIMENSIONS, BITS, BITS) integers 0 and 1."""
-    return np.stack(
-        [
-            pascal(b, multiply_2, 1) @ pascal(g, multiply_4, 2) @ pascal(h, multiply_16, 4) % 2
-            for h in (0, 4, 8, 12)
-            for g in (0, 2)
-            for b in (0, 1)
-        ]
-    )
+    orders = np.array(ORDERS)[:, None, :] >> np.arange(BITS)[:, None] & 1
+    return np.stack([C for A in orders for C in (A, pascal() @ A % 2)])
 
 
 def table() -> np.ndarray:

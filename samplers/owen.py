@@ -15,9 +15,8 @@ r"""Scrambled net in every pixel (``owen``)
      - Offset of the seed. Default: 0.
 
 Each pixel has a sequence of its own of points :math:`x_i \in [0, 1)^{16}`. The first :math:`n` of
-them fill the cube more evenly than independent ones, for every :math:`n`: a digital
-:math:`(0, 16)`-sequence in base 16 whose pairs of dimensions are :math:`(0, 2)`-sequences in
-base 2,
+them fill the cube more evenly than independent ones, for every :math:`n`: a digital sequence in
+base 2 whose pairs of dimensions are :math:`(0, 2)`-sequences,
 
 .. math::
 
@@ -38,9 +37,9 @@ Renders that are continued, as by ``advance()``, go on with the sequences. An in
 
 **Source.** Owen, Monte Carlo variance of scrambled net quadrature, SIAM J. Numer. Anal. 34, 1997;
 Laine and Karras, Stratified sampling for stochastic transparency, EGSR 2011, and Burley, Practical
-hash-based Owen scrambling, JCGT 9 (4), 2020, for scrambling by hashing; for the matrices Ahmed,
-Skopenkov, Hadwiger and Wonka, Analysis and synthesis of digital dyadic sequences, ACM TOG 42 (6),
-2023.
+hash-based Owen scrambling, JCGT 9 (4), 2020, for scrambling by hashing. The matrices of each pair
+are :math:`A` and :math:`PA` with Pascal's matrix :math:`P` (Sobol' 1967) and orders :math:`A` of the
+points that a search found (``make study-samplers``).
 
 **Variants.** ``llvm_*`` and ``cuda_*``.
 
