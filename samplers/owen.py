@@ -38,8 +38,8 @@ Renders that are continued, as by ``advance()``, go on with the sequences. An in
 **Source.** Owen, Monte Carlo variance of scrambled net quadrature, SIAM J. Numer. Anal. 34, 1997;
 Laine and Karras, Stratified sampling for stochastic transparency, EGSR 2011, and Burley, Practical
 hash-based Owen scrambling, JCGT 9 (4), 2020, for scrambling by hashing. The matrices of each pair
-are :math:`A` and :math:`PA` with Pascal's matrix :math:`P` (Sobol' 1967) and orders :math:`A` of the
-points that a search found (``make study-samplers``).
+are :math:`A` and :math:`PA` with Pascal's matrix :math:`P` (Sobol' 1967) and orders :math:`A` of
+the points that a search found (``make study-samplers``).
 
 **Variants.** ``llvm_*`` and ``cuda_*``.
 
@@ -164,8 +164,7 @@ def define() -> type[mi.Sampler]:
             pixel = lane // count
             self.start(pixel, lane - pixel * count, seed)
 
-        def advance(self):
-            mi.Sampler.advance(self)
+        def advance(self):  # that of the base class would call this one
             self.index += self.per_wavefront or self.sample_count()
             self.restart()
 
