@@ -10,7 +10,7 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis
+        study-scaling study-metropolis study-samplers
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -123,6 +123,12 @@ study-scaling: setup
 study-metropolis: setup
 	$(STUDY) metropolis $(if $(CORPUS),'$(CORPUS)')
 	$(STUDY) metropolis-agreement $(if $(CORPUS),'$(CORPUS)')
+
+# make study-samplers CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
+# what it prints goes into docs/samplers.md, the matrices into samplers/nets.py
+study-samplers: setup
+	$(STUDY) nets
+	$(STUDY) samplers $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
 
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files

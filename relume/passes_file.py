@@ -121,9 +121,10 @@ def read_header(path: str | Path) -> Header:
     try:
         header = Header(**json.loads(text))
         numbers = (*header.size, header.spp, header.observations)
-        lead = header.lead
-        sound = lead is None or (isinstance(lead, int) and abs(lead) <= header.done.spp)
-        sound &= len(numbers) == 4 and len(header.done) and isinstance(header.render, dict)
+        lead = 0 if header.lead is None else header.lead
+        if not isinstance(lead, int) or abs(lead) > header.done.spp:
+            raise ValueError("lead out of range")
+        sound = len(numbers) == 4 and len(header.done) and isinstance(header.render, dict)
         if not sound or not all(isinstance(n, int) and n > 0 for n in numbers):
             raise ValueError("numbers out of range")
         float(header.seconds), float(header.gamma)
