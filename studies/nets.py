@@ -89,4 +89,4 @@ def run(given):
         found.append(best)
         product = product * factor(best)
     for A in found:
-        print("    (" + ", ".join(f"0x{c:X}" for c in A.T @ (1 << np.arange(BITS))) + "),")
+        print('    "' + " ".join(f"{c:x}" for c in A.T @ (1 << np.arange(BITS))) + '",')
