@@ -3,14 +3,14 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PINS   := pyproject.toml constraints.txt
 READY  := $(VENV)/.ready
-PACKAGES := translator bsdfs emitters integrators phasefunctions scenes sensors textures
+PACKAGES := translator bsdfs emitters integrators phasefunctions samplers scenes sensors textures
 QUIET   = $$(test -t 1 || echo --quiet)
 STATE   = { pwd; cat $(PINS); }
 
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis study-gravity study-curved-space study-bdpt
+        study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -135,6 +135,12 @@ study-metropolis: setup
 # As study-metropolis; the figures of the page are rough where something else runs.
 study-bdpt: setup
 	$(STUDY) bdpt $(if $(CORPUS),'$(CORPUS)')
+
+# make study-samplers CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
+# what it prints goes into docs/samplers.md, the matrices into samplers/nets.py
+study-samplers: setup
+	$(STUDY) nets
+	$(STUDY) samplers $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
 
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files

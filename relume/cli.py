@@ -145,6 +145,7 @@ def convert(scene: str, out: str | None, as_python: bool, **options: Any) -> Non
     show_default=True,
     help="Independent renders of each side.",
 )
+@render_option("sampler")
 @render_option("seed", help="The same seed gives the same comparison, but for the times.")
 @click.option("-o", "--output", "out", metavar="FILE.html", help="Write a page with the pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
@@ -241,6 +242,7 @@ def stability(as_json: bool, **options: Any) -> None:
     help="Independent renders at each number of samples.",
 )
 @render_option("size", help="Size of the pictures; by default at most 160 across.")
+@render_option("sampler")
 @render_option("seed", help="The same seed gives the same pictures, but not their times.")
 @click.option("--reference", metavar="ID", help="Method of the reference; by default unbiased.")
 @render_option("variant")

@@ -39,6 +39,7 @@ from relume.tone import Look
 @render_option("size")
 @render_option("integrator")
 @render_option("variant")
+@render_option("sampler")
 @render_option("seed")
 @click.option(
     "--noise",

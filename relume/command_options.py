@@ -14,7 +14,7 @@ from click.shell_completion import CompletionItem
 from relume.command_errors import readable_errors
 from relume.completion import completing, integrator_names, variant_names
 from relume.layer_names import LAYERS
-from relume.options import RenderOptions
+from relume.options import SAMPLERS, RenderOptions
 from relume.tone import AUTO, MOST_STOPS, TONE_MAPS, Look
 from relume.translator.dialects import DIALECTS
 
@@ -157,6 +157,11 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "NAME",
         "shell_complete": completing(variant_names),
         "help": "Mitsuba variant instead of the planned one.",
+    },
+    "sampler": {
+        "type": click.Choice(SAMPLERS),
+        "show_default": True,
+        "help": "Numbers spread evenly in each pixel, or independent ones.",
     },
     "dialect": {
         "type": click.Choice(DIALECTS),

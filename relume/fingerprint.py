@@ -71,7 +71,8 @@ def of_render(translation: Translation, options: RenderOptions, per_pass: int) -
 
     Args:
         translation: the translated scene.
-        options: their seed, integrator and variant count, and where these are None the planned.
+        options: their seed, sampler, integrator and variant count, and where these are None the
+            planned ones.
         per_pass: samples of a pixel in a pass.
 
     Returns:
@@ -83,6 +84,7 @@ def of_render(translation: Translation, options: RenderOptions, per_pass: int) -
         "size": f"{plan.width}x{plan.height}",
         "variant": options.variant or plan.variant,
         "integrator": options.integrator or plan.integrator,
+        "sampler": options.sampler,
         "seed": options.seed,
         PER_PASS: per_pass,
     } | versions()

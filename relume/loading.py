@@ -233,13 +233,14 @@ def variant_and_threads(translation: Translation, wanted: str | None = None) -> 
 
 @contextmanager
 def open_session(
-    translation: Translation, options: RenderOptions | None = None
+    translation: Translation, options: RenderOptions | None = None, per_pass: int | None = None
 ) -> Iterator[Session]:
     """Context in which a translated scene is loaded under its variant and ready to render.
 
     Args:
         translation: the translated scene, see `translated`.
-        options: their seed, integrator and variant are used.
+        options: their seed, integrator, variant and sampler are used.
+        per_pass: as `Session`.
 
     Yields:
         The `Session`.
@@ -253,7 +254,8 @@ def open_session(
         integrator = None
         if options.integrator:
             integrator = load_integrator(options.integrator, translation.scene["integrator"])
-        yield Session(scene, translation.plan.spp, options.seed, integrator)
+        spp, seed = translation.plan.spp, options.seed
+        yield Session(scene, spp, seed, integrator, per_pass=per_pass, sampler=options.sampler)
 
 
 def load_scene(translation: Translation) -> Scene:

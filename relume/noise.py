@@ -1,7 +1,8 @@
 """The noise of a picture as advice: what less of it would cost, and when enough was rendered.
 
 Noise is what `Accumulator.noise` tells: the standard error of the picture's values, as root mean
-square, over their mean. It falls as the root of the number of samples.
+square, over their mean. It falls as the root of the number of samples, or faster where these are
+spread evenly: what the advice tells is the most that it would take.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ MOST = 2**20
 """Samples of a pixel after which a render ends that waits for its noise alone."""
 
 LEAST = 8
-"""Independent observations of a pixel without which its noise is not judged."""
+"""Observations of a pixel without which its noise is not judged."""
 
 GROWTH = 1.1
 """The noise is judged when there are so many times the samples of the last time: each judgement is
@@ -66,6 +67,11 @@ def duration(seconds: float) -> str:
     return f"{significant(seconds / unit)} {name}"
 
 
+def observations(accumulator: Accumulator) -> int:
+    """Observations that make up a pixel: samples, where these are of two sequences."""
+    return accumulator.observations if accumulator.lead is None else accumulator.spp
+
+
 def upper_bound(accumulator: Accumulator) -> float:
     """What the noise is at most, by `CONFIDENCE`; NaN where it is unknown.
 
@@ -97,7 +103,7 @@ class Goal:
 
     def reached(self, accumulator: Accumulator) -> bool:
         """Whether enough was rendered; to be asked after each pass."""
-        if self.noise is None or accumulator.observations < LEAST:
+        if self.noise is None or observations(accumulator) < LEAST:
             return False
         if accumulator.spp < self._next:
             return False

@@ -15,6 +15,9 @@ from relume.translator.document import MAX_PIXELS, MAX_SAMPLES, MAX_SIDE
 
 Folder = str | os.PathLike[str]
 
+SAMPLERS = ("owen", "independent")
+"""Where the random numbers of samples come from, the default first."""
+
 
 @dataclass(frozen=True)
 class RenderOptions:
@@ -27,6 +30,8 @@ class RenderOptions:
         seed: non-negative integer; the same seed gives the same picture, bit for bit.
         integrator: plugin id of an integrator instead of the planned one.
         variant: Mitsuba variant instead of the planned one.
+        sampler: `owen` for numbers that are spread evenly in each pixel, `independent` for others.
+            Metropolis renders and integrators that render by Mitsuba's own means have their own.
         dialect: `manual`, or `prender` to match an old picture.
         asset_path: folders in which files that the scene names are looked for, too; a single one
             becomes a tuple.
@@ -42,6 +47,7 @@ class RenderOptions:
     seed: int = 0
     integrator: str | None = None
     variant: str | None = None
+    sampler: str = SAMPLERS[0]
     dialect: str = "manual"
     asset_path: Sequence[Folder] = ()
     stand_ins: bool = False
@@ -53,7 +59,8 @@ class RenderOptions:
             "seed": _whole("seed", self.seed, 0),
             "integrator": _name("integrator", self.integrator, "plugin id, such as 'volpath'"),
             "variant": _name("variant", self.variant, "Mitsuba variant, such as 'llvm_ad_rgb'"),
-            "dialect": _dialect(self.dialect),
+            "sampler": _one_of("sampler", self.sampler, SAMPLERS),
+            "dialect": _one_of("dialect", self.dialect, DIALECTS),
             "asset_path": _folders(self.asset_path),
         }
         for name, value in values.items():
@@ -118,9 +125,9 @@ def _name(name: str, value: Any, expected: str) -> str | None:
     return value
 
 
-def _dialect(value: Any) -> str:
-    if value not in DIALECTS:
-        raise ValueError(f"unknown dialect {value!r}, expected one of {', '.join(DIALECTS)}")
+def _one_of(name: str, value: Any, known: Sequence[str]) -> str:
+    if value not in known:
+        raise ValueError(f"unknown {name} {value!r}, expected one of {', '.join(known)}")
     return value
 
 

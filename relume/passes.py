@@ -28,14 +28,24 @@ class Pass:
         index: which pass.
         spp: samples per pixel.
         sum: sums of linear RGB over the samples: float32, (3, pixels), rows from the top.
-        squares: sums of the squares of the samples, or None where the pass is one observation, such
-            as that of a Metropolis render, whose samples depend on each other.
+        squares: sums of the squares of the samples, where these are independent.
+        difference: where they are of two independent sequences, the sum over those of one less the
+            sum over those of the other. Without either the pass is one observation, such as that of
+            a Metropolis render, whose samples all depend on each other.
+        lead: how many more of the samples are of the first sequence than of the second.
     """
 
     index: int
     spp: int
     sum: np.ndarray
     squares: np.ndarray | None = None
+    difference: np.ndarray | None = None
+    lead: int = 0
+
+    @property
+    def arrays(self) -> list[np.ndarray]:
+        """All sums that there are."""
+        return [a for a in (self.sum, self.squares, self.difference) if a is not None]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 The channels R, G, B are the picture so far. The exact sums are further channels of 32-bit integers,
 two for each double: `S-20.R.0` holds the low words of the level 2^-20 of the sum of the samples in
-red, `Q-20.R.0` that of their squares (see `exact`). The header's attribute `relumePasses` is JSON:
+red, `Q-20.R.0` that of their squares or `D-20.R.0` of the difference of two sequences (see `exact`
+and `accumulator`). The header's attribute `relumePasses` is JSON:
 which passes they are, of which render, and a checksum.
 """
 
@@ -22,7 +23,7 @@ from relume.exact import LEVELS, ExactSum
 from relume.output import replacing
 from relume.passes import PassSet
 
-FORMAT = 1
+FORMAT = 2
 ATTRIBUTE = "relumePasses"
 RGB = "RGB"
 
@@ -43,7 +44,7 @@ class Header:
         facts: what the picture says of its scene, as `metadata.of_scene`.
         size: width and height [pixel].
         passes: as `PassSet` writes itself.
-        observations: as `Accumulator`.
+        observations, lead: as `Accumulator`.
         checksum: of the sums.
         format: of the file.
     """
@@ -56,6 +57,7 @@ class Header:
     size: tuple[int, ...] = ()
     passes: str = ""
     observations: int = 0
+    lead: int | None = None
     checksum: int = 0
     format: int = FORMAT
 
@@ -80,11 +82,14 @@ def write(path: str | Path, accumulator: Accumulator, header: Header) -> None:
 
     image = accumulator.image()
     channels = {name: np.ascontiguousarray(image[..., i]) for i, name in enumerate(RGB)}
-    sums = _words("S", accumulator.sum) | _words("Q", accumulator.squares)
+    sums: dict[str, np.ndarray] = {}
+    for letter, total in _sums(accumulator).items():
+        sums |= _words(letter, total)
     facts = asdict(header) | {
         "size": (accumulator.width, accumulator.height),
         "passes": str(accumulator.done),
         "observations": accumulator.observations,
+        "lead": accumulator.lead,
         "checksum": _checksum(sums),
     }
     shape = accumulator.height, accumulator.width
@@ -118,6 +123,9 @@ def read_header(path: str | Path) -> Header:
     try:
         header = Header(**json.loads(text))
         numbers = (*header.size, header.spp, header.observations)
+        lead = 0 if header.lead is None else header.lead
+        if not isinstance(lead, int) or abs(lead) > header.done.spp:
+            raise ValueError("lead out of range")
         sound = len(numbers) == 4 and len(header.done) and isinstance(header.render, dict)
         sound = sound and all(isinstance(text, str) for text in header.facts.values())
         if not sound or not all(isinstance(n, int) and n > 0 for n in numbers):
@@ -151,16 +159,22 @@ def read(path: str | Path) -> Accumulator:
     width, height = header.size
     with OpenEXR.File(str(path), separate_channels=True) as file:
         read = {n: c.pixels for n, c in file.channels().items()} if file.parts else {}
-    words = {name: pixels for name, pixels in read.items() if name[0] in "SQ"}
+    words = {name: pixels for name, pixels in read.items() if name[0] in "SQD"}
     alike = all(p.shape == (height, width) for p in words.values())
     if not read or not alike or _checksum(words) != header.checksum:
         raise NoPasses(f"{path}: the passes are damaged or incomplete")
     result = Accumulator(width, height)
     result.done = header.done
     result.observations = header.observations
-    _restore("S", result.sum, words)
-    _restore("Q", result.squares, words)
+    result.lead = header.lead
+    for letter, total in _sums(result).items():
+        _restore(letter, total, words)
     return result
+
+
+def _sums(accumulator: Accumulator) -> dict[str, ExactSum]:
+    """The exact sums by the letter of their channels."""
+    return {"S": accumulator.sum, "Q": accumulator.squares, "D": accumulator.difference}
 
 
 def _words(letter: str, total: ExactSum) -> dict[str, np.ndarray]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import mitsuba as mi
 
-from relume import bsdfs, emitters, integrators, phasefunctions, sensors, textures
+from relume import bsdfs, emitters, integrators, phasefunctions, samplers, sensors, textures
 from relume.turns import in_turn
 
-PACKAGES = (bsdfs, emitters, integrators, phasefunctions, sensors, textures)
+PACKAGES = (bsdfs, emitters, integrators, phasefunctions, samplers, sensors, textures)
 
 # Mitsuba switches variants first and calls back then: another thread that sets the same variant
 # meanwhile would return at once, and find plugins missing. For the others see `turns`.

@@ -364,7 +364,8 @@ def rendered_passes(
         layers: rendered, too, while the scene is loaded here.
     """
     if cluster is None:
-        with open_session(translation, options) as session:
+        per_pass = checkpoint.header.render[fingerprint.PER_PASS]
+        with open_session(translation, options, per_pass) as session:
             if layers.missing:
                 layers.render(session)
             if not (translation.picture_notes() or bends(translation)):

@@ -1,9 +1,13 @@
 """A render session: a scene rendered in passes of bounded memory.
 
 A pass adds samples to every pixel. Which samples those are depends on the seed, its index, the size
-of the picture and the number of samples alone, so the same pass gives the same sums, bit for bit,
-whoever computes it: the radiance of all samples of a pixel is computed in one kernel and summed in
-a fixed order, never scattered into the film. Passes are added up exactly (see `accumulator`).
+of the picture and the numbers of samples of this pass and of a whole one alone, so the same pass
+gives the same sums, bit for bit, whoever computes it: the radiance of all samples of a pixel is
+computed in one kernel and summed in a fixed order, never scattered into the film. Passes are added
+up exactly (see `accumulator`).
+
+By the sampler `owen` the passes go on with the points of two sequences in each pixel, in turn: all
+passes together are as good as one, and the two, which are independent, tell the noise.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ import numpy as np
 
 from relume.accumulator import Accumulator
 from relume.cores import available_cores
+from relume.options import SAMPLERS
 from relume.passes import Pass, PassPlan, PassSet
 from relume.progress import Progress
 from relume.sensors.pixelsamples import FILTERS, sample_pixels
@@ -182,6 +187,8 @@ class Session:
         spp: samples of a pixel.
         seed: non-negative integer; the same seed gives the same picture.
         integrator: `mi.Integrator` to use instead of the scene's.
+        per_pass: most samples of a pixel in a pass; None for the usual number.
+        sampler: `owen`, or `independent` for that of the scene, taken for independent numbers.
 
     Attributes:
         width, height: of the picture [pixel].
@@ -195,7 +202,14 @@ class Session:
     """
 
     def __init__(
-        self, scene: Scene, spp: int, seed: int = 0, integrator: Integrator | None = None
+        self,
+        scene: Scene,
+        spp: int,
+        seed: int = 0,
+        integrator: Integrator | None = None,
+        *,
+        per_pass: int | None = None,
+        sampler: str = SAMPLERS[0],
     ) -> None:
         self.scene = scene
         self.sensor = scene.sensors()[0]
@@ -205,7 +219,8 @@ class Session:
         self.width, self.height = (int(x) for x in self.sensor.film().crop_size())
         self.by_sample = "scalar" not in mi.variant() and samples_rays(self.integrator)
         self._check_film()
-        self.plan = PassPlan.of(self.width, self.height, self.spp)
+        self.plan = PassPlan.of(self.width, self.height, self.spp, per_pass)
+        self.spreads = sampler == "owen"
         self.accumulator = Accumulator(self.width, self.height)
 
     def _check_film(self) -> None:
@@ -245,11 +260,13 @@ class Session:
 
         Args:
             index: which, 0 or more.
-            spp: samples of a pixel.
+            spp: samples of a pixel, at most `plan.per_pass`.
 
         Returns:
             `Pass`.
         """
+        if spp > self.plan.per_pass:
+            raise ValueError(f"a pass of {spp} samples, of at most {self.plan.per_pass}")
         if not self.by_sample:
             return Pass(index, spp, self._render_image(spp, index))
         pixels = self.width * self.height
@@ -257,10 +274,14 @@ class Session:
         found = np.empty((6, pixels), np.float32)
         for launch, first in enumerate(range(0, pixels, rows)):
             count = min(rows, pixels - first)
-            sums = self._pixels(spp, first, count, (index, launch))
+            sums = self._pixels(spp, first, count, index, launch)
             for row, values in zip(found, sums, strict=True):
                 row[first : first + count] = values
-        return Pass(index, spp, found[:3], found[3:])
+        if not self.spreads:
+            return Pass(index, spp, found[:3], found[3:])
+        odd = index * self.plan.per_pass % 2
+        lead = (spp + 1 - odd) // 2 * 2 - spp
+        return Pass(index, spp, found[:3], difference=found[3:], lead=lead)
 
     def image(self) -> np.ndarray:
         """The picture so far: linear RGB, (height, width, 3) float32; NaN where nothing is."""
@@ -269,13 +290,19 @@ class Session:
     def _seed(self, *place):
         return int(np.random.SeedSequence((self.seed, *place)).generate_state(1)[0])
 
-    def _pixels(self, spp, first, count, place):
-        """Sums of `spp` samples, then of their squares, for `count` pixels from `first`: six."""
-        sampler = self.sensor.sampler().clone()
-        sampler.seed(self._seed(*place), count * spp)
+    def _pixels(self, spp, first, count, index, launch):
+        """Sums of `spp` samples for `count` pixels from `first`, then of their squares or of their
+        differences: six."""
         # Opaque numbers: the kernel is the same for every pass.
         per_pixel, offset, width = (dr.opaque(mi.UInt32, x) for x in (spp, first, self.width))
-        pixel = dr.arange(mi.UInt32, count * spp) // per_pixel + offset
+        lane = dr.arange(mi.UInt32, count * spp)
+        pixel = lane // per_pixel
+        sample, pixel = lane - pixel * per_pixel, pixel + offset
+        if self.spreads:
+            sampler, sign = self._spread(index, pixel, sample)
+        else:
+            sampler, sign = self.sensor.sampler().clone(), None
+            sampler.seed(self._seed(index, launch), count * spp)
         y = pixel // width
         corner = mi.Point2f(pixel - y * width, y)
         size = mi.Vector2f(*(dr.opaque(mi.Float, x) for x in (self.width, self.height)))
@@ -284,9 +311,18 @@ class Session:
             color = sample_pixels(
                 self.scene, self.sensor, self.integrator, sampler, corner, u, size
             )
-        samples = [*color, *(color * color)]
+        samples = [*color, *(color * (color if sign is None else sign))]
         dr.eval(samples)
         return [dr.block_sum(channel, spp).numpy() for channel in samples]
+
+    def _spread(self, index, pixel, sample):
+        """The sampler of a pass, and the sign with which each sample counts in the difference."""
+        # Far more points than a sampler can count begin anew with another seed.
+        era, start = divmod(index * self.plan.per_pass, 2**31)
+        point = sample + dr.opaque(mi.UInt32, start)
+        sampler = mi.load_dict({"type": "owen"})
+        sampler.start(2 * pixel + point % 2, point // 2, self._seed(era))
+        return sampler, dr.select(point % 2 == 0, mi.Float(1), mi.Float(-1))
 
     def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""

@@ -136,7 +136,9 @@ def measured(cell):
     """The figures of a cell, as JSON values."""
     made, translated = translation(cell, SIZE)
     with variant_and_threads(translated):
-        stage = methods.Stage(made, translated, RenderOptions(asset_path=[SCENES]))
+        # By independent numbers an error has a law to be held to.
+        options = RenderOptions(asset_path=[SCENES], sampler="independent")
+        stage = methods.Stage(made, translated, options)
         method = methods.planned(translated)
         by = reference_method(method)
         reference = references.rendered(stage, by, REFERENCE_SPP, SEED).estimate

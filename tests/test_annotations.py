@@ -16,6 +16,7 @@ FOLDERS = (
     "emitters",
     "integrators",
     "phasefunctions",
+    "samplers",
     "sensors",
     "textures",
 )

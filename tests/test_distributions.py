@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("bsdfs", "emitters", "integrators", "phasefunctions", "scenes", "sensors", "textures",
-            "translator")  # fmt: skip
+PACKAGES = ("bsdfs", "emitters", "integrators", "phasefunctions", "samplers", "scenes",
+            "sensors", "textures", "translator")  # fmt: skip
 CHECKOUT = (*PACKAGES, "docs", "relume", "studies", "tests", "__init__.py", "CHANGELOG.md",
             "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "MANIFEST.in", "Makefile", "README.md",
             "constraints.txt", "pyproject.toml")  # fmt: skip

@@ -13,7 +13,7 @@ else:
     import tomli as tomllib
 
 ROOT = Path(__file__).parents[1]
-PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "sensors", "textures"}
+PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "samplers", "sensors", "textures"}
 BASE = {"dome_maps", "parameters", "registration"}
 """Modules that plugins build on and that know none of the rest; `dome_maps` serves the translator,
 too: it is formulas alone, and takes no Mitsuba to import."""

@@ -19,6 +19,7 @@ KINDS = {
     "emitters": "Lights",
     "integrators": "Integrators",
     "phasefunctions": "Phase functions",
+    "samplers": "Samplers",
     "sensors": "Cameras",
     "textures": "Textures",
 }

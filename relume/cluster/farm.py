@@ -247,7 +247,7 @@ class Farm:
             return "it returned no pass"
         found = result.pass_
         pixels = self.job.plan.width * self.job.plan.height
-        arrays = [a for a in (found.sum, found.squares) if a is not None]
+        arrays = found.arrays
         if (found.index, found.spp) != (task.index, task.spp):
             return "it returned another pass"
         if any(getattr(a, "shape", None) != (3, pixels) or a.dtype != np.float32 for a in arrays):

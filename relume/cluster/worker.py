@@ -106,10 +106,10 @@ def render(key: str, index: int, spp: int) -> Rendered:
 
 def checksum(found: Pass) -> int:
     """A checksum of the sums of a `Pass`."""
-    total = zlib.crc32(np.ascontiguousarray(found.sum).data.cast("B"))
-    if found.squares is None:
-        return total
-    return zlib.crc32(np.ascontiguousarray(found.squares).data.cast("B"), total)
+    total = found.lead & 0xFFFFFFFF
+    for array in found.arrays:
+        total = zlib.crc32(np.ascontiguousarray(array).data.cast("B"), total)
+    return total
 
 
 def _load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
@@ -128,7 +128,14 @@ def _load(job: Job, contents: Mapping[str, Any], threads: int) -> None:
             raise CannotRender("the scene arrived damaged")
         translation = Translation(Document(), scene, job.plan)
         integrator = job.integrator and load_integrator(job.integrator, scene["integrator"])
-        made = Session(load_scene(translation), job.plan.spp, job.render["seed"], integrator)
+        made = Session(
+            load_scene(translation),
+            job.plan.spp,
+            job.render["seed"],
+            integrator,
+            per_pass=job.render[fingerprint.PER_PASS],
+            sampler=job.render["sampler"],
+        )
     while len(_sessions) >= SCENES:
         _sessions.popitem(last=False)
     _sessions[job.key] = job.render["variant"], made

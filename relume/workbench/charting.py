@@ -214,6 +214,7 @@ class Racer:
     def __init__(self, method: Method, stage: Stage) -> None:
         self.name = method.name
         self.scene, self.integrator = stage.load(method)
+        self.sampler = stage.options.sampler
         self.spp = [1]
         self.first = 0.0
         self.rounds: list[list[renders.Render]] = []
@@ -237,7 +238,7 @@ class Racer:
 
     def render(self, spp: int, seed: int) -> renders.Render:
         """Render a picture."""
-        return renders.render(self.scene, self.integrator, spp, seed)
+        return renders.render(self.scene, self.integrator, spp, seed, self.sampler)
 
     def curve(self, reference: Estimate) -> Curve:
         """The curve of the whole rounds."""
@@ -328,4 +329,4 @@ def command_line(
     words += ["--seconds", f"{settings['seconds']:g}"]
     for name in ("runs", "seed"):
         words += [f"--{name}", str(settings[name])]
-    return shlex.join([*words, *option_words(options, "variant", "dialect")])
+    return shlex.join([*words, *option_words(options, "variant", "sampler", "dialect")])

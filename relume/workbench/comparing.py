@@ -30,7 +30,7 @@ from relume.loading import (
     translation_of,
     variant_and_threads,
 )
-from relume.options import RenderOptions
+from relume.options import SAMPLERS, RenderOptions
 from relume.output import OutputError, check_writable, replacing
 from relume.rendering import interruptible
 from relume.session import CannotRender, exr_threads, reason, variant_context
@@ -160,7 +160,7 @@ def compare(
     with variant_and_threads(translation, options.variant):
         stage = methods.Stage(document, translation, options)
         loaded = [(method.name, *stage.load(method)) for method in wanted]
-        sides = render_in_turn(loaded, each, runs, seed, progress)
+        sides = render_in_turn(loaded, each, runs, seed, progress, options.sampler)
     if picture is not None:
         sides.append(picture_side(with_, picture, stored, sides[0].estimate))
     settings = {
@@ -188,6 +188,7 @@ def render_in_turn(
     runs: int,
     seed: int,
     progress: Progress | None = None,
+    sampler: str = SAMPLERS[0],
 ) -> list[Side]:
     """Render by several methods, run by run.
 
@@ -197,6 +198,7 @@ def render_in_turn(
         runs: number of runs.
         seed: as `compare`.
         progress: as `compare`.
+        sampler: of both.
 
     Returns:
         A `Side` for each method.
@@ -206,7 +208,7 @@ def render_in_turn(
     for run in range(runs):
         for side, (_, scene, integrator) in enumerate(sides):
             own = renders.own_seed(seed, renders.COMPARE, side, run)
-            done = renders.render(scene, integrator, spp, own)
+            done = renders.render(scene, integrator, spp, own, sampler)
             seconds[side].append(done.wall)
             taken[side].add(done.picture)
         if progress and progress(run + 1, runs):
@@ -287,4 +289,4 @@ def command_line(settings: dict[str, Any], options: RenderOptions) -> str:
     words += ["--size", "{}x{}".format(*settings["size"])]
     for name in ("spp", "runs", "seed"):
         words += [f"--{name}", str(settings[name])]
-    return shlex.join([*words, *option_words(options, "variant", "dialect")])
+    return shlex.join([*words, *option_words(options, "variant", "sampler", "dialect")])

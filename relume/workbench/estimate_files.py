@@ -90,7 +90,7 @@ def read(path: str | Path) -> tuple[Estimate, dict[str, Any]]:
 
 
 def from_passes(accumulator: Accumulator) -> Estimate | None:
-    """The estimate that the samples of a render make, whose squares its passes keep.
+    """The estimate that the samples of a render make, of which its passes keep more than the sum.
 
     Args:
         accumulator: `relume.accumulator.Accumulator`.
@@ -98,10 +98,15 @@ def from_passes(accumulator: Accumulator) -> Estimate | None:
     Returns:
         `Estimate`; None where the variance is unknown: the pixels depend on each other, as those of
         a Metropolis render, there is but one sample, or values are not finite.
+
+    Source: for the degrees of freedom of sums over pixels of two sequences, Satterthwaite, An
+    approximate distribution of estimates of variance components, Biometrics Bulletin 2, 1946; the
+    square of a variance with one degree of freedom averages to three times that of the true one.
     """
     mean, variance = accumulator.image().astype(float), accumulator.variance()
     finite = np.isfinite(mean).all() and np.isfinite(variance).all()
-    if accumulator.observations != accumulator.spp or not finite:
+    spread = accumulator.lead is not None
+    if not finite or not (spread or accumulator.observations == accumulator.spp):
         return None
     sizes = block_sizes(*mean.shape[:2])[..., None]
     each = [(mean, variance), (block_means(mean), block_means(variance) / sizes)]
@@ -109,7 +114,18 @@ def from_passes(accumulator: Accumulator) -> Estimate | None:
     each.append((whole[0], whole[1] / sizes.sum()))
     dof = accumulator.observations - 1
     pixels, blocks, all_ = (Level(m, v, np.full_like(v, dof)) for m, v in each)
+    if spread:
+        blocks = _summed(blocks, block_means(variance**2), sizes)
+        all_ = _summed(all_, (variance**2).mean(axis=(0, 1), keepdims=True), sizes.sum())
     return Estimate(pixels, blocks, all_)
+
+
+def _summed(level: Level, squares: np.ndarray, size: np.ndarray) -> Level:
+    """A level of means over `size` pixels of one degree of freedom each, and of the mean square of
+    their variances, with its degrees of freedom."""
+    with np.errstate(invalid="ignore"):
+        dof = 3 * size * (level.variance * size) ** 2 / squares
+    return Level(level.mean, level.variance, np.clip(np.nan_to_num(dof, nan=1), 1, size))
 
 
 def _level(part, runs):

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from relume.options import SAMPLERS
 from relume.session import Session
 
 COMPARE, CHART, REFERENCE = range(3)
@@ -46,7 +47,13 @@ def own_seed(seed: int, *place: int) -> int:
     return int(sequence.generate_state(1, np.uint64)[0])
 
 
-def render(scene: MitsubaScene, integrator: MitsubaIntegrator, spp: int, seed: int) -> Render:
+def render(
+    scene: MitsubaScene,
+    integrator: MitsubaIntegrator,
+    spp: int,
+    seed: int,
+    sampler: str = SAMPLERS[0],
+) -> Render:
     """Render a picture.
 
     Args:
@@ -54,12 +61,13 @@ def render(scene: MitsubaScene, integrator: MitsubaIntegrator, spp: int, seed: i
         integrator: `mi.Integrator`.
         spp: samples of a pixel.
         seed: as `own_seed` gives it.
+        sampler: as `Session`.
 
     Returns:
         `Render`.
     """
     wall, cpu = time.perf_counter(), time.process_time()
-    session = Session(scene, spp, seed, integrator)
+    session = Session(scene, spp, seed, integrator, sampler=sampler)
     for _ in session.run():
         pass
     picture = session.image()

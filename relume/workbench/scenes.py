@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
 
-from relume.options import RenderOptions
+from relume.options import SAMPLERS, RenderOptions
 from relume.translator import Document
 
 Progress: TypeAlias = Callable[[int, int], Any]
@@ -29,13 +29,13 @@ def notes(document: Document) -> list[str]:
 
 
 def option_words(options: RenderOptions, *names: str) -> list[str]:
-    """Words of a command line for some fields of options, unless they are None."""
+    """Words of a command line for some fields of options, unless they are None or usual."""
     words = []
     for name in names:
         value = getattr(options, name)
         if name == "size" and value is not None:
             value = "{}x{}".format(*value)
-        if value is not None:
+        if value is not None and (name, value) != ("sampler", SAMPLERS[0]):
             words += [f"--{name}", str(value)]
     for folder in options.asset_path:
         words += ["--asset-path", str(folder)]

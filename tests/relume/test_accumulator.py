@@ -24,6 +24,45 @@ def added(passes):
     return result
 
 
+def of_two_sequences(index, spp, start, seed):
+    """A pass of which the even samples from `start` on belong to one sequence, the odd ones to the
+    other."""
+    rng = np.random.default_rng(seed)
+    samples = rng.exponential(2, (spp, 3, PIXELS)).astype(np.float32)
+    sign = 1 - 2 * ((start + np.arange(spp)) % 2)
+    difference = (samples * sign[:, None, None]).sum(axis=0, dtype=np.float32)
+    return Pass(index, spp, samples.sum(axis=0), difference=difference, lead=int(sign.sum()))
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("sizes", [(4, 10, 10), (1, 2, 5), (3, 3)])
+def test_the_variance_of_two_sequences_is_that_of_the_mean(sizes, chance, level):
+    """Of 1500 renders, whose passes may give one sequence more than the other, the estimated
+    variance of the mean averages to the true one, 4 / samples."""
+    starts = np.cumsum((0, *sizes[:-1]))
+    renders = [
+        added(
+            of_two_sequences(i, n, s, chance.seed())
+            for i, (n, s) in enumerate(zip(sizes, starts, strict=True))
+        )
+        for _ in range(1500)
+    ]
+    variances = level([r.variance().mean() for r in renders])
+    chance.equal(variances, 4 / sum(sizes), precision=0.02)
+    assert renders[0].lead == sum(sizes) % 2 and renders[0].observations == 2
+
+
+def test_two_sequences_merge_and_one_alone_tells_no_noise():
+    passes = [of_two_sequences(i, 3, 3 * i, i) for i in range(6)]
+    expected = added(passes)
+    merged = added(passes[:1:-1])
+    merged.merge(added(passes[:2]))
+    assert np.array_equal(merged.variance(), expected.variance())
+    assert (merged.lead, merged.observations) == (expected.lead, 2) == (0, 2)
+    one = added([of_two_sequences(0, 1, 0, 0)])
+    assert np.isnan(one.variance()).all() and one.observations == 1
+
+
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("whole", [False, True])
 def test_the_variance_is_that_of_the_mean(whole, chance, level):

@@ -15,7 +15,7 @@ import relume
 from relume import llvm, version
 
 ROOT = Path(__file__).parents[2]
-PLUGINS = ("bsdfs", "emitters", "integrators", "phasefunctions", "sensors", "textures")
+PLUGINS = ("bsdfs", "emitters", "integrators", "phasefunctions", "samplers", "sensors", "textures")
 PACKAGED = (*PLUGINS, "relume", "scenes", "translator", "__init__.py", "pyproject.toml")
 
 

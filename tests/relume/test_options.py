@@ -26,10 +26,11 @@ from relume.translator.document import MAX_SAMPLES, MAX_SIDE
         ({"seed": None}, TypeError, "seed None: expected a whole number"),
         ({"integrator": print}, TypeError, "integrator: expected a plugin id"),
         ({"variant": 3}, TypeError, "variant: expected a Mitsuba variant"),
+        ({"sampler": "sobol"}, ValueError, "unknown sampler 'sobol', expected one of owen, indep"),
         ({"dialect": "latin"}, ValueError, "unknown dialect 'latin', expected one of manual"),
         ({"asset_path": 3}, TypeError, "asset_path: expected folders, found int"),
         ({"asset_path": ["a", None]}, TypeError, "asset_path: expected folders, found NoneType"),
-        ({"smaples": 3}, TypeError, "unknown option 'smaples'; options are size, spp, seed"),
+        ({"bright": 3}, TypeError, "unknown option 'bright'; options are size, spp, seed"),
         ({"asset_paths": "a"}, TypeError, "'asset_paths'; did you mean 'asset_path'?"),
     ],
 )

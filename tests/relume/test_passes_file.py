@@ -46,6 +46,18 @@ def test_everything_comes_back_and_goes_on(path, accumulator):
     assert np.array_equal(read.variance(), accumulator.variance(), equal_nan=True)
 
 
+def test_the_difference_of_two_sequences_comes_back(tmp_path):
+    random = np.random.default_rng(1)
+    made = Accumulator(5, 4)
+    for index in (0, 3):
+        sums = random.random((2, 3, 20), np.float32)
+        made.add(Pass(index, 3, sums[0], difference=sums[1], lead=1))
+    passes_file.write(tmp_path / "a.exr", made, HEADER)
+    read = passes_file.read(tmp_path / "a.exr")
+    assert (read.lead, read.observations) == (2, 2)
+    assert np.array_equal(read.variance(), made.variance()) and made.variance().min() > 0
+
+
 def test_the_same_passes_give_the_same_file(path, accumulator, tmp_path):
     passes_file.write(tmp_path / "b.exr", passes_file.read(path), HEADER)
     assert (tmp_path / "b.exr").read_bytes() == path.read_bytes()
@@ -67,13 +79,14 @@ def altered(path, **changes):
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"format": 2}, "format 2, expected 1"),
+        ({"format": 1}, "format 1, expected 2"),
         ({"size": [4, 5]}, "damaged or incomplete"),
         ({"checksum": 1}, "damaged or incomplete"),
         ({"size": [0, 5]}, "damaged header"),
         ({"passes": "0:2x1 1:3x1"}, "damaged header: pass 1 is there twice"),
         ({"passes": ""}, "damaged header"),
         ({"observations": None}, "damaged header"),
+        ({"lead": 7}, "damaged header"),
         ({"seconds": "long"}, "damaged header"),
         ({"render": 3}, "damaged header"),
         ({"extra": 3}, "damaged header"),
