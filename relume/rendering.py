@@ -23,7 +23,7 @@ from relume.passes_file import Header
 from relume.progress import Progress, TimeLimit, interruptible, progress_bar
 from relume.session import CannotRender, Scene, accumulate, sees_nothing
 from relume.translator import Document, Translation
-from relume.translator.darkness import NOTHING_SEEN, NOTHING_SHINES
+from relume.translator.darkness import NOTHING_ARRIVES, NOTHING_SEEN, NOTHING_SHINES
 from relume.translator.outcome_rows import Note
 
 if TYPE_CHECKING:
@@ -127,6 +127,8 @@ def render_file(
         if not unfinished:
             checkpoint.discard()
     report_noise(accumulator, ended.why, asked, console)
+    if not translation.picture_notes() and not accumulator.image().any():
+        console.print(f"[yellow]{NOTHING_ARRIVES.text}[/]", highlight=False)
     report_repairs(written, spectral, console)
     for note in destination.notes:
         console.print(f"[yellow]{note}[/]", highlight=False)
