@@ -86,7 +86,7 @@ def test_a_picture_that_no_light_reaches_is_told(here, console, more, told):
     """A lamp above a floor that gives the picture no light, whatever the reason."""
     exr = mi.Bitmap(np.zeros((2, 2, 4), np.uint8))
     exr.write(str(here / "clear.png"))
-    head = "OUTPUT\na.exr\n\nIMAGE\n8 8\n\nSAMPLING\n1\n\nCAMERA_POS\n0 1 14\n\nTARGET_POS\n0 0 0\n"
+    head = "IMAGE\n8 8\n\nSAMPLING\n1\n\nCAMERA_POS\n0 1 14\n\nTARGET_POS\n0 0 0\n"
     floor = "\nOBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
     (here / "dark.txt").write_text(head + floor + more)
     render_file("dark.txt", out="a.exr", spp=64, console=console)

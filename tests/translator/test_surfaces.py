@@ -57,7 +57,7 @@ def test_points_on_planes_are_exact_near_by(load, height):
     [("", 0), ("scale 3 3 3\n", 0), ("translate 1 2 3\n", 0), ("rotation 0 0 90\n", 1),
      ("rotation 0 40 0\nscale 2 2 2\n", 1), ("scale -1 1 1\n", 1), ("scale 2 2 1\n", 0)],
 )  # fmt: skip
-def test_a_picture_that_stays_where_its_sphere_turns_is_told(translated, write_picture, lines, told):
+def test_a_picture_that_does_not_turn_is_told(translated, write_picture, lines, told):
     """It lies as it does without the rotation; an ellipsoid's turns with it."""
     write_picture("map.png", np.zeros((4, 4, 3)))
     ball = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection diffuse\n"
