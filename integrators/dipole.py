@@ -57,7 +57,8 @@ clamped to the range from -0.999 to 0.999 here, not in :math:`\sigma_s' = (1 - g
 **No scattering** (level -1). Light that crosses the object without scattering is refracted at the
 boundary as by clear glass.
 
-Scenes without ``subsurface`` are rendered by ``surfacepath`` itself.
+Roulette is that of ``surfacepath``, and scenes without ``subsurface`` are rendered by
+``surfacepath`` itself.
 
 **Gradients.** The textures of ``subsurface``, and what ``surfacepath`` differentiates in other
 materials, have unbiased derivatives: points, directions and distances are drawn without them, what

@@ -12,7 +12,7 @@ from relume.accumulator import Accumulator
 from relume.session import Scene, sees_nothing
 from relume.tone import AUTO, Look, advice
 from relume.translator import Translation
-from relume.translator.darkness import NOTHING_SEEN, NOTHING_SHINES
+from relume.translator.darkness import NOTHING_ARRIVES, NOTHING_SEEN, NOTHING_SHINES
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,6 +39,12 @@ def report_emptiness(scene: Scene, console: Console) -> None:
         console.print(f"[yellow]{NOTHING_SHINES.text}[/]", highlight=False)
     elif sees_nothing(scene):
         console.print(f"[yellow]{NOTHING_SEEN.text}[/]", highlight=False)
+
+
+def report_darkness(image: np.ndarray, console: Console) -> None:
+    """Say that a picture, linear RGB of shape (height, width, 3), has no light in it."""
+    if not image.any():
+        console.print(f"[yellow]{NOTHING_ARRIVES.text}[/]", highlight=False)
 
 
 def report_noise(

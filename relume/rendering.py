@@ -217,6 +217,8 @@ def render_scene(
     reached = render_reports.report_noise(accumulator, seconds, passes.noise, console)
     render_reports.report_end(accumulator.spp, ended.why, None if passes.noise else asked, console)
     render_reports.report_repairs(written, "spectral" in planned.variant, console)
+    if not translation.picture_notes():
+        render_reports.report_darkness(accumulator.image(), console)
     if not part:
         render_reports.report_look(
             written, accumulator.image(), picture.look, document.gamma_offset, console

@@ -21,6 +21,9 @@ NOTHING_SHINES = make_note("no-light")
 NOTHING_SEEN = make_note("nothing-before-camera")
 """What a render says whose camera sees no surface."""
 
+NOTHING_ARRIVES = make_note("no-light-arrives")
+"""What a render says of a black picture of a scene in which something shines."""
+
 
 def empty_picture_notes(entries: Iterable[Entry]) -> tuple[Note, ...]:
     """What makes the whole picture black, or shows the background alone: a note, or none.

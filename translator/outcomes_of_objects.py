@@ -21,6 +21,10 @@ SHAPES = (
     ("ellipsoid", "approximated", "6.3", "an ellipsoid, tessellated",
      "A sphere scaled unevenly is made of triangles with the true normals: shading is smooth, the "
      "outline is a polygon.", "Scale all axes alike to keep the exact sphere."),
+    ("picture-not-turned", "approximated", "6.2", "a sphere's picture does not turn with it",
+     "A picture on a sphere lies as without the rotation, or mirroring, of the object, as in the "
+     "original program.",
+     "Scale the axes a little unevenly: an ellipsoid's picture turns with it."),
     ("hemisphere", "approximated", "6.1",
      "a dome of {segments} segments, at most {off:.1g} of the radius off the sphere",
      "Triangles with the true normals: shading is smooth, the outline is a polygon.",

@@ -61,6 +61,10 @@ OUTCOMES = table((
     ("nothing-before-camera", "approximated", "5",
      "nothing is before the camera: the picture shows the background alone",
      "No ray of the camera meets an object.", "Look at CAMERA_POS, CAMERA_DIR and TARGET_POS."),
+    ("no-light-arrives", "approximated", "9",
+     "no light reaches the camera: the picture is black",
+     "Lamps shine, but on nothing that the camera sees: they face away, are enclosed or absent, or "
+     "all that is lit is black.", "Look at where lamps stand, at their `normal` and opacity."),
     ("screen-replaced", "ignored", "5.2", "CAMERA_ANGLE sets the field of view",
      "The field of view is that of CAMERA_ANGLE.", "Delete one of the two."),
     ("pixels-not-square", "translated", "5.1", "pixels are not square",

@@ -80,6 +80,9 @@ class ShapeBuilder:
         if ball is None:
             block.lines.becomes("", "ellipsoid")
             return mesh_entry(ellipsoid(shape, matrix), turned)
+        if not np.allclose(matrix[:3, :3] * (shape.radius / ball.radius), np.eye(3)):
+            for field in ("texture", "bump_texture"):
+                block.lines.becomes(field, "picture-not-turned")
         entry = {
             "type": "sphere",
             "center": [float(x) for x in ball.center],

@@ -19,7 +19,7 @@ from relume import destination, output, passes
 from relume.accumulator import Accumulator
 from relume.noise import in_words
 from relume.rendering import render_file
-from relume.translator.darkness import NOTHING_SEEN
+from relume.translator.darkness import NOTHING_ARRIVES, NOTHING_SEEN
 
 PATIENCE = 600
 """Time for another process to begin or end on a busy machine [s]."""
@@ -67,6 +67,32 @@ def test_a_camera_that_nothing_is_before_is_told(room, here, console, target, to
     assert np.isfinite(picture).all() and picture.min() >= 0
     assert (np.ptp(picture) < 0.4) == told
     assert (NOTHING_SEEN.text in console.export_text()) == told
+
+
+LAMP = "OBJECT\nuvplane -1 {y} -1\nU 2 0 0\nV 0 0 -2\nemission 9 9 9\n{more}\n"
+CLOSED = "OBJECT\nsphere 0 0 14 2\ncolor 1 1 1\nreflection diffuse\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (LAMP.format(y=5, more="normal -1"), False),
+        (LAMP.format(y=5, more=""), True),
+        (LAMP.format(y=5, more="normal -1\ntexture clear.png"), True),
+        (LAMP.format(y=5, more="normal -1") + "\n" + CLOSED, True),
+    ],
+    ids=["lit", "lamp that faces away", "lamp that is absent", "camera shut in"],
+)
+def test_a_picture_that_no_light_reaches_is_told(here, console, more, told):
+    """A lamp above a floor that gives the picture no light, whatever the reason."""
+    exr = mi.Bitmap(np.zeros((2, 2, 4), np.uint8))
+    exr.write(str(here / "clear.png"))
+    head = "IMAGE\n8 8\n\nSAMPLING\n1\n\nCAMERA_POS\n0 1 14\n\nTARGET_POS\n0 0 0\n"
+    floor = "\nOBJECT\nplane 0 0 0\nnormal 0 1 0\ncolor 0.5 0.5 0.5\nreflection diffuse\n\n"
+    (here / "dark.txt").write_text(head + floor + more)
+    render_file("dark.txt", out="a.exr", spp=64, console=console)
+    assert (np.array(mi.Bitmap("a.exr"))[..., :3].max() == 0) == told
+    assert (NOTHING_ARRIVES.text in console.export_text()) == told
 
 
 # ---- names

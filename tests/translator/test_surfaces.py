@@ -52,6 +52,21 @@ def test_points_on_planes_are_exact_near_by(load, height):
     assert np.all(np.abs(exact - y) < 1e-5 * t)
 
 
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [("", 0), ("scale 3 3 3\n", 0), ("translate 1 2 3\n", 0), ("rotation 0 0 90\n", 1),
+     ("rotation 0 40 0\nscale 2 2 2\n", 1), ("scale -1 1 1\n", 1), ("scale 2 2 1\n", 0)],
+)  # fmt: skip
+def test_a_picture_that_does_not_turn_is_told(translated, write_picture, lines, told):
+    """It lies as it does without the rotation; an ellipsoid's turns with it."""
+    write_picture("map.png", np.zeros((4, 4, 3)))
+    ball = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection diffuse\n"
+    for picture in ("texture map.png\n", "bump_texture map.png\n", ""):
+        reports = translated(ball + picture + lines).document.lines.all
+        found = [report.keyword for report in reports if "picture-not-turned" in report.codes]
+        assert found == picture.split()[:1] * told
+
+
 @pytest.mark.parametrize("scale", ["2 2.0001 2", "2 1 0.5", "-1 2 1"])
 @pytest.mark.parametrize("rotation", ["0 0 0", "30 0 70"])
 def test_ellipsoids_have_the_coordinates_of_spheres(load, write_picture, scale, rotation):
