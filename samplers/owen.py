@@ -41,7 +41,7 @@ hash-based Owen scrambling, JCGT 9 (4), 2020, for scrambling by hashing. The mat
 are :math:`A` and :math:`PA` with Pascal's matrix :math:`P` (Sobol' 1967) and orders :math:`A` of
 the points that a search found (``make study-samplers``).
 
-**Variants.** ``llvm_*`` and ``cuda_*``.
+**Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 
 **Usage.**
 
@@ -56,7 +56,10 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.primarysamples import half_hash, hash_u32
+from relume.parameters import Range, whole
 from relume.samplers import nets
+
+RUNS_UNDER = ("polarized",)
 
 GOLDEN = 0x9E3779B9
 """2^32 over the golden ratio: multiples of it are far from each other."""
@@ -89,16 +92,13 @@ def fraction(digits: mi.UInt32) -> mi.Float:
 
 def define() -> type[mi.Sampler]:
     """Return the plugin's class for the variant in use."""
-    if not dr.is_jit_v(mi.Float):
-        raise ValueError(f"owen does not work in {mi.variant()}, but in llvm_* and cuda_*")
     table = mi.UInt32(nets.table().ravel())
 
     class Owen(mi.Sampler):
         def __init__(self, props):
+            whole(props, "sample_count", 4, Range(1))
+            self.base_seed = whole(props, "seed", 0, Range(0, 2**32 - 1))
             mi.Sampler.__init__(self, props)
-            self.base_seed = props.get("seed", 0)
-            if props.get("sample_count", 4) < 1:
-                raise ValueError("sample_count must be 1 or more")
             self.per_wavefront = 0  # as many as there are samples of a pixel
             self.start(mi.UInt32(0), mi.UInt32(0), 0)
 

@@ -22,7 +22,7 @@ from relume.registration import runs_under
 
 KINDS = {"relume.bsdfs": "bsdf", "relume.emitters": "lamp", "relume.integrators": "integrator",
          "relume.phasefunctions": "phase", "relume.sensors": "sensor",
-         "relume.textures": "texture"}  # fmt: skip
+         "relume.textures": "texture", "relume.samplers": "sampler"}  # fmt: skip
 PLUGINS = {name: package.__name__ for package in plugins.PACKAGES for name in package.PLUGINS}
 VARIANTS = (
     "llvm_ad_rgb",
@@ -141,6 +141,8 @@ def scene(name, film=None, **parameters):
     elif name == "ibldome":
         black = {"type": "conductor", "specular_reflectance": 0.0}
         d["lamp"] = {"type": "sphere", "radius": 20.0, "bsdf": black, "emitter": own}
+    elif kind == "sampler":
+        d["sensor"]["sampler"] = own
     elif kind == "texture":
         d["ball"]["bsdf"] = {"type": "diffuse", "reflectance": own}
     elif name in ("falloffspot", "parallelbeam", "domesun"):
