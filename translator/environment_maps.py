@@ -29,6 +29,9 @@ is off by less, from all that the camera can see [degree]."""
 MAP_ROWS = 1024
 """Fewest rows of a resampled environment map; larger pictures keep twice their own."""
 
+BAND = 16
+"""Rows that are resampled at a time: they stay in the cache, and large maps in the memory."""
+
 FLAGS = (
     ("hemisphere_map", "hemisphere"),
     ("panoramic_map", "panoramic"),
@@ -175,13 +178,18 @@ def environment(latlong: np.ndarray, scale: float) -> Entry:
     return {"type": "envmap", "picture": Picture(latlong), "scale": float(scale)}
 
 
-def directions(height: int, width: int) -> np.ndarray:
+def directions(height: int, width: int, rows: slice = slice(None)) -> np.ndarray:
     """Directions (2 height, 2 width, 3) in the texels of Mitsuba's environment map, Y up.
 
     Its rows lie from pole to pole, the first and the last one on them; its columns side by side. In
     each texel are 2 x 2 directions; those of the poles' rows that would lie beyond, on the pole.
+
+    Args:
+        height: rows of the map.
+        width: columns of the map.
+        rows: those of the map to take alone.
     """
-    row = np.arange(2 * height) / 2 - 0.25
+    row = (np.arange(height)[rows, None] + [-0.25, 0.25]).ravel()
     v = np.clip(row / max(height - 1, 1), 0, 1) * np.pi
     u = (np.arange(2 * width) + 0.5) / (2 * width) * 2 * np.pi
     v, u = np.meshgrid(v, u, indexing="ij")
@@ -210,12 +218,16 @@ def resample(pixels: np.ndarray, name: str, upper: bool = False) -> np.ndarray:
 def _resample(pixels: np.ndarray, formula: Formula, upper: bool = False) -> np.ndarray:
     """The mean of the nearest texels of 2 x 2 directions for each texel."""
     height = max(MAP_ROWS, 2 * pixels.shape[0])
-    n = directions(height, 2 * height)
-    u, v = formula(n)
-    texels = nearest(pixels, u, v)
-    if upper:
-        texels[n[..., 1] < 0] = 0
-    return texels.reshape(height, 2, 2 * height, 2, 3).mean(axis=(1, 3))
+    result = np.empty((height, 2 * height, 3), pixels.dtype)
+    for first in range(0, height, BAND):
+        rows = slice(first, min(first + BAND, height))
+        n = directions(height, 2 * height, rows)
+        u, v = formula(n)
+        texels = nearest(pixels, u, v)
+        if upper:
+            texels[n[..., 1] < 0] = 0
+        result[rows] = texels.reshape(-1, 2, 2 * height, 2, 3).mean(axis=(1, 3))
+    return result
 
 
 def nearest(pixels: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
