@@ -111,6 +111,7 @@ def name_kinds(state: Any) -> None:
         "integrator": "Integrator",
         "phase function": "PhaseFunction",
         "sensor": "Sensor",
+        "texture": "Texture",
     }
     for node in state.nodes:
         kind = OWN_PLUGINS.get(node.props.plugin_name())

@@ -88,7 +88,7 @@ TRANSLATION = [
     view("screen 2 % too wide", "width / distance * aspect,", "1.02 * width / distance * aspect,"),
     view(
         "focus of the lens 2 % too far",
-        '"focus_distance": abs(focus),',
-        '"focus_distance": 1.02 * abs(focus),',
+        '"focus_distance": abs(focus)}',
+        '"focus_distance": 1.02 * abs(focus)}',
     ),
 ]

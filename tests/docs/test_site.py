@@ -116,5 +116,5 @@ def test_the_readme_is_short_and_its_links_lead_somewhere():
 
 def test_pictures_of_the_readme_are_small():
     pictures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", (ROOT / "README.md").read_text("utf-8"))
-    assert len(pictures) == 2
+    assert len(pictures) == 3
     assert max((ROOT / picture).stat().st_size for picture in pictures) < 200_000

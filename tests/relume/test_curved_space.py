@@ -54,7 +54,7 @@ def test_metadata_of_pictures(tmp_path, extension):
     image = np.linspace(0, 1, 8 * 9 * 3).reshape(8, 9, 3)
     plain, told = (tmp_path / f"{name}{extension}" for name in ("plain", "told"))
     output.write_image(plain, image)
-    output.write_image(told, image, comment=COMMENT)
+    output.write_image(told, image, finish=output.Finish(metadata={"Comment": COMMENT}))
     if extension == ".exr":
         with OpenEXR.File(str(told)) as file:
             assert file.header()["comments"] == COMMENT

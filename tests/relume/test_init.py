@@ -89,7 +89,7 @@ def test_importing_relume_loads_little_more_than_mitsuba(tmp_path):
     """
     more = modules_after("import relume", tmp_path) - modules_after("import mitsuba", tmp_path)
     ours = {name for name in more if name.partition(".")[0] == "relume"}
-    files = ("cache", "llvm", "plugins", "probe", "registration")
+    files = ("cache", "llvm", "plugins", "probe", "registration", "turns")
     assert ours == {"relume", *(f"relume.{name}" for name in (*PLUGINS, *files))}
     foreign = {name.partition(".")[0] for name in more - ours} - sys.stdlib_module_names
     assert foreign == set()

@@ -274,7 +274,7 @@ def test_a_full_disk_leaves_the_old_picture_and_nothing_else(tmp_path, extension
 
 
 def test_an_interrupted_write_leaves_nothing(tmp_path, image, monkeypatch):
-    def interrupted(path, pixels, comment):
+    def interrupted(path, contents):
         path.write_bytes(b"half")
         raise KeyboardInterrupt
 

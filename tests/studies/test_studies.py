@@ -13,7 +13,9 @@ from studies import ROOT, __main__, convergence, false_alarms, scaling, subsurfa
 NEEDED = {
     "converted": ["folder"],
     "corpus": ["charts", "folder", "--asset-path", "folder"],
+    "denoising": ["folder", "--asset-path", "folder"],
     "gallery": ["folder"],
+    "gravity": ["references", "folder"],
     "peer": ["references"],
     "peer-corpus": ["references", "corpus", "assets"],
     "scaling": ["units"],

@@ -158,6 +158,8 @@ def gravity(draw):
     block = draw(filled(draw(st.sampled_from([BlackHole, WormHole]))))
     if isinstance(block, BlackHole):
         block.position = draw(st.none() | st.tuples(NUMBER, NUMBER, NUMBER))
+    elif block.entrance and block.exit and math.dist(block.entrance, block.exit) <= 2 * block.rho:
+        block.exit = None  # mouths that meet are an error
     return block
 
 
