@@ -37,8 +37,9 @@ demo: setup
 	@echo "Rendering an example, half a minute:"
 	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png --denoise
 
+# Processes share what cores there are; each keeps to files, whose fixtures are its own.
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
 # The site, without a network; tests/docs builds it, too.
 .PHONY: docs
