@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from relume import cli, passes_file
+from relume import cli, cluster, passes_file
 
 SETUP = """
 from relume import cli, checkpoint, passes
@@ -84,6 +84,7 @@ def invoke(*words):
 def test_what_is_missing_is_named(room, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.delitem(sys.modules, "relume.cluster.opening", raising=False)
+    monkeypatch.delattr(cluster, "opening", raising=False)  # another test may have loaded it
     result = invoke(room(), "-o", room().parent / "a.exr", "--workers", 2)
     assert result.exit_code == 1 and "pip install 'relume[cluster]'" in result.stderr
 
