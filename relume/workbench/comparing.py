@@ -32,7 +32,7 @@ from relume.loading import (
 )
 from relume.options import SAMPLERS, RenderOptions
 from relume.output import OutputError, check_writable, replacing
-from relume.rendering import interruptible
+from relume.progress import interruptible
 from relume.session import CannotRender, exr_threads, reason, variant_context
 from relume.workbench import estimate_files, estimates, measures, methods, renders, statistics
 from relume.workbench.compare_page import page

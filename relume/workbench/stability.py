@@ -27,7 +27,7 @@ from relume import translator
 from relume.loading import SceneSource, resized, source_of
 from relume.options import RenderOptions
 from relume.output import check_writable
-from relume.rendering import interruptible
+from relume.progress import interruptible
 from relume.translator import Document
 from relume.workbench import methods as method_table
 from relume.workbench import pages, stability_page

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import folders, passes, rendering
+from relume import folders, passes, running
 from relume.cli import main
 
 SMALL = ("--size", "16x12", "--spp", "2")
@@ -105,7 +105,7 @@ def test_an_interrupt_ends_the_folder_with_a_sheet(scenes, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(rendering, "open_session", interrupted)
+    monkeypatch.setattr(running, "open_session", interrupted)
     result = run(scenes, "-o", "out", *SMALL)
     assert "interrupted" in result.stderr and Path("out/index.html").exists()
 
