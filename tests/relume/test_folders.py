@@ -110,6 +110,17 @@ def test_an_interrupt_ends_the_folder_with_a_sheet(scenes, monkeypatch):
     assert "interrupted" in result.stderr and Path("out/index.html").exists()
 
 
+def test_brackets_in_names_and_errors_are_no_markup(room, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in").mkdir()
+    room(name="in/[b].txt", objects="OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n")
+    (tmp_path / "in/a.txt").write_text("OBJECT\nsphere 0 0 [/b] 1\n")
+    result = run("in", "-o", "out", *SMALL)
+    assert Path("out/[b].exr").exists() and result.stdout == "out/index.html\n", result.output
+    for text in ("1 of 2 in/[b].txt", "found '[/b] 1'"):
+        assert text in result.stderr
+
+
 def test_scenes_of_one_name_get_pictures_of_their_own(room, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for folder in ("a", "b"):
