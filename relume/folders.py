@@ -248,7 +248,7 @@ def finished(
 ) -> Row | None:
     """The row of a scene whose picture is there already; None if it is not, or is another one."""
     picture = folder / f"{name}.exr"
-    if not picture.exists() or passes_of(picture).exists():
+    if not picture.exists():
         return None
     if wishes.denoise and not marked(picture).exists():
         return None

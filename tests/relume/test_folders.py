@@ -85,6 +85,9 @@ def test_resumed_only_what_is_missing_is_rendered(scenes, monkeypatch):
     assert Path("out/a room.exr").stat().st_mtime_ns == before
     run(scenes, "-o", "out", "--size", "16x12", "--spp", 2, "--seed", 3, "--resume")
     assert "a room.txt" in asked, "that of another seed is another picture"
+    asked.clear()
+    run(scenes, "-o", "out", "--size", "16x12", "--spp", 3, "--seed", 3, "--resume")
+    assert "a room.txt" in asked, "it has too few samples"
 
 
 def test_resumed_renders_go_on_with_their_passes(scenes, monkeypatch):

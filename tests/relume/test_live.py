@@ -170,6 +170,18 @@ def test_a_render_is_stopped_from_the_page_and_keeps_its_picture(room, tmp_path,
     assert (tmp_path / "a.exr").exists() and (tmp_path / "a.passes.exr").exists()
 
 
+def test_only_an_open_page_is_waited_for(page, monkeypatch):
+    waits = []
+    monkeypatch.setattr("relume.live.time.sleep", lambda _: waits.append(page.obey("seen")))
+    unseen = LivePage(page.translation, [])
+    unseen.start()
+    unseen.close()
+    assert not waits
+    ask(page)
+    page.close()
+    assert waits == [True], "until it has got the last picture"
+
+
 def test_the_address_is_told(room, tmp_path, monkeypatch):
     from click.testing import CliRunner
 
