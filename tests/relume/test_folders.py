@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import folders, passes, rendering
+from relume import folders, metadata, passes, rendering
 from relume.cli import main
 
 SMALL = ("--size", "16x12", "--spp", "2")
@@ -102,6 +102,27 @@ def test_resumed_renders_go_on_with_their_passes(scenes, monkeypatch):
         run(scenes / "a room.txt", "-o", "whole.exr", "--size", "16x12", "--spp", 6).exit_code == 0
     )
     assert Path("whole.exr").read_bytes() == Path("out/a room.exr").read_bytes()
+
+
+def test_looks_times_and_noise_of_pictures_that_are_kept(scenes):
+    words = ("in/below", "-o", "out", "--size", "16x12", "--exposure", 2)
+    result = run(*words, "--spp", 2)
+    assert metadata.of_file("out/ring.png")["relume.look"] == "exposure +2.00, linear"
+    assert "stays linear" not in result.stderr, "the OpenEXR file is not what is looked at"
+    Path("out/times.json").write_text('{"ring": 7200}')
+    result = run(*words, "--spp", 2, "--resume")
+    assert "1 were there already" in result.stderr and "2 h of rendering" in result.stderr
+    result = run(*words, "--noise", "0.001%", "--time-limit", 0, "--resume")
+    assert "were there already" not in result.stderr, "it is noisier than is asked for"
+
+
+def test_a_defect_in_one_scene_is_told_and_left_behind(scenes, monkeypatch):
+    def odd(*_, **__):
+        raise RuntimeError("odd")
+
+    monkeypatch.setattr(folders, "render_scene", odd)
+    result = run("in", "-o", "out", *SMALL)
+    assert result.exit_code == 1 and result.stderr.count("RuntimeError: odd\n") >= 2
 
 
 def test_an_interrupt_ends_the_folder_with_a_sheet(scenes, monkeypatch):

@@ -64,6 +64,7 @@ def stopped(goal, seed, sequences):
     """Samples of a pixel at which a render ends."""
     stars, accumulator, end = Stars(seed, sequences), Accumulator(WIDTH, HEIGHT), noise.Goal(goal)
     while not end.reached(accumulator):
+        assert accumulator.spp < 10**4, "it does not end"
         accumulator.add(stars.render(len(accumulator.done)))
     return accumulator.spp
 
