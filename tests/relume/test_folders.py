@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import folders, metadata, passes, rendering
+from relume import folders, metadata, noise, passes, rendering
 from relume.cli import main
 
 SMALL = ("--size", "16x12", "--spp", "2")
@@ -60,7 +60,12 @@ def test_the_sheet_shows_each_picture_and_what_is_to_know_of_it(scenes):
     run(scenes, "-o", "out", *SMALL)
     page = Page(Path("out/index.html").read_text())
     assert page.pictures == ["a%20room.png", "below/ring.png"]
-    for part in ("16x12 · 2 spp · noise ", "a ring", "did you mean 'SAMPLING'"):
+    told = float(metadata.of_file("out/a room.exr")[metadata.NOISE])
+    for part in (
+        f"16x12 · 2 spp · noise {noise.significant(100 * told)} %",
+        "a ring",
+        "did you mean 'SAMPLING'",
+    ):
         assert part in page.text
     with Image.open("out/index.png") as sheet:
         assert sheet.size == (3 * 248 + 8, 222 + 8)
