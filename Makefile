@@ -34,7 +34,7 @@ install:
 	@$(STATE) > $(READY)
 
 demo: setup
-	@echo "Rendering an example, half a minute:"
+	@echo "Rendering an example, 20 seconds of processor time:"
 	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png --denoise
 
 # Processes share what cores there are; each keeps to files, whose fixtures are its own.

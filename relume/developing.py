@@ -29,7 +29,7 @@ class LinearPicture:
     Attributes:
         image: linear RGB, (height, width, 3) float32.
         planes: all its channels by name, (height, width) float32.
-        facts: its texts.
+        facts: its texts by name, as `metadata.of_file`.
     """
 
     image: np.ndarray
@@ -94,20 +94,19 @@ def read(path: str | Path) -> LinearPicture:
     if file is None:
         raise output.OutputError(f"cannot read {path}: {oiio.geterror() or 'no picture'}")
     planes: dict[str, np.ndarray] = {}
-    facts: dict[str, str] = {}
     try:
         part = 0
         while file.seek_subimage(part, 0):
-            _read_part(file, part, planes, facts)
+            _read_part(file, part, planes)
             part += 1
     finally:
         file.close()
     if not planes:
         raise output.OutputError(f"cannot read {path}: it is damaged, or has no channels")
-    return LinearPicture(picture_of(planes), planes, metadata.of_file(path) | facts)
+    return LinearPicture(picture_of(planes), planes, metadata.of_file(path))
 
 
-def _read_part(file: Any, part: int, planes: dict[str, np.ndarray], facts: dict[str, str]) -> None:
+def _read_part(file: Any, part: int, planes: dict[str, np.ndarray]) -> None:
     """Add the channels of one part to `planes`; those of another size are left out."""
     import OpenImageIO as oiio
 
@@ -117,9 +116,9 @@ def _read_part(file: Any, part: int, planes: dict[str, np.ndarray], facts: dict[
         return
     shape = next(iter(planes.values())).shape if planes else (spec.height, spec.width)
     name = spec.getattribute("oiio:subimagename") or ""
-    facts |= {a.name: a.value for a in spec.extra_attribs if a.name.startswith(metadata.PREFIX)}
+    several = (spec.getattribute("oiio:subimages") or 1) > 1
     for index, channel in enumerate(spec.channelnames):
-        full = f"{name}.{channel}" if part and name else channel
+        full = f"{name}.{channel}" if several and name else channel
         if pixels.shape[:2] == shape and full not in planes:
             planes[full] = np.ascontiguousarray(pixels[..., index], np.float32)
 
@@ -139,8 +138,7 @@ def picture_of(planes: dict[str, np.ndarray]) -> np.ndarray:
     return np.stack([grey if grey is not None else next(iter(planes.values()))] * 3, axis=-1)
 
 
-def _rank(layer: str) -> tuple[int, str]:
+def _rank(layer: str) -> int:
     if not layer:
-        return 0, layer
-    last = layer.rpartition(".")[2].lower()
-    return (1 if last in WHOLE else 2), layer
+        return 0
+    return 1 if layer.rpartition(".")[2].lower() in WHOLE else 2

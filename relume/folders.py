@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
+
 from relume import fingerprint, metadata, output
 from relume.checking import files_below
 from relume.contact_sheet import write_sheet
@@ -123,7 +125,8 @@ def render_folder(
     rows: list[Row] = []
     try:
         for index, (scene, name) in enumerate(scenes, 1):
-            console.print(f"[bold]{index} of {len(scenes)}[/] {scene}", highlight=False)
+            at = f"[bold]{index} of {len(scenes)}[/] {escape(str(scene))}"
+            console.print(at, highlight=False)
             row = None
             if passes.resume:
                 row = finished(scene, folder, name, options, passes, picture, times)
@@ -131,7 +134,7 @@ def render_folder(
                 row = rendered(scene, folder, name, options, passes, picture, console, **settings)
             rows.append(row)
             if row.error:
-                console.print(f"[red]{row.error}[/]", highlight=False, markup=True)
+                console.print(f"[red]{escape(row.error)}[/]", highlight=False)
             times[row.name] = row.seconds
             write_times(folder / TIMES, times)
             if row.why == "interrupted":
@@ -245,7 +248,7 @@ def finished(
 ) -> Row | None:
     """The row of a scene whose picture is there already; None if it is not, or is another one."""
     picture = folder / f"{name}.exr"
-    if not picture.exists() or passes_of(picture).exists():
+    if not picture.exists():
         return None
     if wishes.denoise and not marked(picture).exists():
         return None

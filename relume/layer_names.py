@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 LAYERS = {
@@ -39,4 +37,4 @@ def layer(planes: dict[str, np.ndarray], *names: str) -> np.ndarray | None:
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[ _]+", " ", name).lower()
+    return name.replace("_", " ").lower()

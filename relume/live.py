@@ -32,6 +32,9 @@ HALF_MAX = 65504.0
 INTERVAL, SHARE = 0.3, 0.03
 """Least time between two pictures [s], and share of the time that they may take."""
 
+END_POLL = 0.05
+"""Time between two looks at whether the server is to end [s]."""
+
 PATIENCE = 3.0
 """Time after the end in which an open page gets the last picture [s]."""
 
@@ -85,7 +88,9 @@ class LivePage:
         self._secret = secrets.token_urlsafe(16)
         self._server = ThreadingHTTPServer((HOST, 0), _handler(self))
         self._server.daemon_threads = True
-        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, args=(END_POLL,), daemon=True
+        )
         self.port = int(self._server.server_address[1])
         self.url = f"http://{HOST}:{self.port}/{self._secret}/"
 

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.markup import escape
 
 from relume import noise, output
 from relume.accumulator import Accumulator
@@ -24,13 +25,13 @@ def report_losses(translation: Translation, console: Console) -> None:
         lines = [r for r in translation.document.lines.all if r.outcome == outcome and r.note]
         for line in lines[:12]:
             console.print(
-                f"[{style}]{outcome}[/] line {line.line}, {line.keyword}: {line.note}",
+                f"[{style}]{outcome}[/] line {line.line}, {escape(f'{line.keyword}: {line.note}')}",
                 highlight=False,
             )
         if len(lines) > 12:
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
     for note in translation.picture_notes():
-        console.print(f"[yellow]{note.text}[/]", highlight=False)
+        console.print(f"[yellow]{escape(note.text)}[/]", highlight=False)
 
 
 def report_emptiness(scene: Scene, console: Console) -> None:
@@ -89,7 +90,7 @@ def report_look(
     if all(output.is_linear(path) for path in written.paths):
         if not look.plain:
             kept = f"{written.paths[0].name} stays linear: relume develop gives it its exposure"
-            console.print(f"[yellow]{kept}[/]", highlight=False)
+            console.print(f"[yellow]{escape(kept)}[/]", highlight=False)
         return
     image = output.repair(image)[0]
     shown = output.encode_display(look.applied(image), gamma)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.markup import escape
 
 from relume import aovs, denoising, fingerprint, metadata, noise, output, render_reports
 from relume import cluster as clusters
@@ -209,7 +210,7 @@ def render_scene(
             written, accumulator.image(), picture.look, document.gamma_offset, console
         )
     for note in destination.notes:
-        console.print(f"[yellow]{note}[/]", highlight=False)
+        console.print(f"[yellow]{escape(note)}[/]", highlight=False)
     size, losses = (planned.width, planned.height), metadata.losses(translation)
     return Rendered(
         written.paths, size, accumulator.spp, reached, seconds, ended.why, tuple(losses)

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import base64
 import io
-import itertools
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from relume import developing, output
 from relume.tone import Look
@@ -95,23 +97,22 @@ def sixels(image: Image.Image) -> str:
     if image.width > WIDEST:
         image = image.resize((WIDEST, max(1, image.height * WIDEST // image.width)))
     indexed = image.quantize(256)
-    palette = indexed.getpalette() or []
-    width, height = indexed.size
-    pixels = indexed.tobytes()
+    palette, pixels = indexed.getpalette() or [], np.asarray(indexed)
+    height, width = pixels.shape
     parts = [f'\x1bPq"1;1;{width};{height}']
-    for index in sorted(set(pixels)):
+    for index in np.unique(pixels).tolist():
         r, g, b = (round(v / 2.55) for v in palette[3 * index : 3 * index + 3])
         parts.append(f"#{index};2;{r};{g};{b}")
     for top in range(0, height, 6):
-        rows = [pixels[y * width : (y + 1) * width] for y in range(top, min(top + 6, height))]
-        for index in sorted(set(b"".join(rows))):
-            bits = (sum((row[x] == index) << y for y, row in enumerate(rows)) for x in range(width))
-            parts.append(f"#{index}{_runs(''.join(chr(63 + bit) for bit in bits))}$")
+        rows = pixels[top : top + 6]
+        bit = 1 << np.arange(len(rows))
+        for index in np.unique(rows).tolist():
+            line = (63 + bit @ (rows == index)).astype(np.uint8).tobytes().decode()
+            parts.append(f"#{index}{_runs(line)}$")
         parts.append("-")
     return "".join(parts) + "\x1b\\"
 
 
 def _runs(line: str) -> str:
     """Repeated characters as `!COUNT CHARACTER`."""
-    runs = ((character, len(list(group))) for character, group in itertools.groupby(line))
-    return "".join(f"!{n}{c}" if n > 3 else c * n for c, n in runs)
+    return re.sub(r"(.)\1{3,}", lambda run: f"!{len(run[0])}{run[1]}", line)

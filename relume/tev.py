@@ -15,6 +15,7 @@ import time
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.markup import escape
 
 from relume.accumulator import Accumulator
 from relume.progress import Progress
@@ -95,7 +96,8 @@ class Tev:
     def _give_up(self, error: OSError) -> None:
         host, port = self._address
         why = error.strerror or str(error)
-        self._console.print(f"[yellow]no tev at {host}:{port}: {why}[/]", highlight=False)
+        said = escape(f"no tev at {host}:{port}: {why}")
+        self._console.print(f"[yellow]{said}[/]", highlight=False)
         self.close()
         self._socket = None
 

@@ -104,10 +104,12 @@ def advice(image: np.ndarray, encoded: np.ndarray) -> str:
     brightest = encoded.max(axis=2)
     if not brightest.any():
         return ""
-    shows = f"--exposure {auto_exposure(image):.1f} or auto would show it"
-    if (level := np.quantile(brightest, 0.99)) < BLACK:
+    stops = auto_exposure(image)
+    shows = f"--exposure {stops:.1f} or auto would show it"
+    # A few bright pixels in the dark are no picture that more exposure shows, nor less.
+    if (level := np.quantile(brightest, 0.99)) < BLACK and stops > 0:
         return f"nearly black, its brightest percent from {level:.0f} of 255 on: {shows}"
-    if (burnt := (encoded.min(axis=2) == 255).mean()) > BURNT:
+    if (burnt := (encoded.min(axis=2) == 255).mean()) > BURNT and stops < 0:
         return f"burnt out, {100 * burnt:.0f} % of it white: {shows}"
     return ""
 

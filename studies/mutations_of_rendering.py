@@ -20,6 +20,7 @@ response = of("integrators/samplescale.py", "integrators/test_samplescale.py")
 camera = of("sensors/screencamera.py", "sensors/test_screencamera.py")
 pixels = of("sensors/pixelsamples.py", "sensors/test_pixelsamples.py")
 session = of("relume/session.py", f"{SESSION}::test_a_sky_alone_is_exact")
+aovs = of("relume/aovs.py", "relume/test_aovs.py")
 accumulator = of("relume/accumulator.py", f"{SESSION}::test_a_sky_alone_is_exact")
 
 RENDERING = [
@@ -147,5 +148,18 @@ RENDERING = [
         "density of emission 2 % too large in the weights of paths from both ends",
         "Row(AREA, R=float(density.max())",
         "Row(AREA, R=1.02 * float(density.max())",
+    ),
+    accumulator(
+        "variance of two sequences 2 % too high",
+        "scatter**2 / (",
+        "1.02 * scatter**2 / (",
+        "relume/test_accumulator.py",
+    ),
+    aovs("albedo 2 % too high", "dr.clip(linear_rgb(", "dr.clip(1.02 * linear_rgb("),
+    aovs("depth 2 % too far", "seen, si.t, NOWHERE", "seen, 1.02 * si.t, NOWHERE"),
+    aovs(
+        "albedo smaller by the square of the index",
+        "dr.square(dr.select(meets, sample.eta, 1))",
+        "dr.select(meets, 1, 1)",
     ),
 ]

@@ -62,7 +62,26 @@ def test_a_wall_is_seen_as_it_is(layers):
     assert found["normal"] == pytest.approx(np.broadcast_to([0, 0, 1], (24, 32, 3)), abs=1e-5)
     assert found["position"][..., 2] == pytest.approx(-5, abs=1e-4)
     assert found["depth"][12, 16, 0] == pytest.approx(math.dist(middle, (0, 0, 10)), rel=1e-5)
+    assert found["position"][11, 15] + middle == pytest.approx([0, 0, -10], abs=1e-5), "its middle"
     assert (found["object"] == 1).all()
+    turned = layers(text=SCENE.replace("normal 0 0 1", "normal 0 0 -1"))
+    assert np.array_equal(turned["normal"], found["normal"]), "towards the camera"
+
+
+def test_layers_are_the_same_in_many_launches(layers, monkeypatch):
+    """One ray goes through each pixel of these: of five rows of pixels at a time, too."""
+    names, ball = ("depth", "position", "object"), BALL.format(kind="diffuse", more="")
+    whole = layers(ball, names)
+    monkeypatch.setattr(aovs, "SAMPLES_PER_LAUNCH", 5 * 32)
+    parts = layers(ball, names)
+    assert all(np.array_equal(parts[name], whole[name]) for name in names)
+
+
+def test_guides_behind_coloured_glass_have_its_colour_twice(layers):
+    """Light crosses the surface of the ball on its way in and out."""
+    found = layers(BALL.format(kind="reflection", more="").replace("1 1 1\n", "0.5 0.8 1\n"))
+    seen = found["denoising_albedo"][11:13, 15:17].mean(axis=(0, 1))
+    assert seen == pytest.approx(np.array([0.7, 0.5, 0.3]) * [0.5**2, 0.8**2, 1], abs=0.08)
 
 
 @pytest.mark.parametrize("kind", ["specular", "reflection"])

@@ -57,6 +57,15 @@ def test_the_more_is_known_the_less_is_guessed():
         assert found == pytest.approx(0.3 * share, rel=0.02, abs=1e-6), v
 
 
+def test_the_difference_is_judged_over_seven_by_seven_pixels():
+    """One pixel that differs by 7 d counts as all of them by d."""
+    guess = np.zeros((16, 16, 3), "f4")
+    guess[8, 8] = 7 * 0.3
+    image = np.zeros_like(guess)
+    found = denoising.shrunk(guess, image, np.full(image.shape, 0.0009))
+    assert found[8, 8] == pytest.approx(7 * 0.3 / 99, rel=0.02)
+
+
 @installed
 def test_a_denoised_picture_lies_beside_the_rendered_one_and_says_so(room, here):
     result = run("render", room(), "-o", "a.png", "--denoise")
@@ -97,6 +106,9 @@ def test_folders_show_the_denoised_pictures(room, here):
     assert 'src="room.denoised.png"' in page and "denoised" in page
     result = run("render", room(), here / "b.txt", "-o", "out", "--denoise", "--resume")
     assert "2 were there already" in result.stderr
+    Path("out/room.denoised.exr").unlink()
+    result = run("render", room(), here / "b.txt", "-o", "out", "--denoise", "--resume")
+    assert "1 were there already" in result.stderr and Path("out/room.denoised.exr").exists()
 
 
 def test_without_the_package_it_is_said_before_rendering(room, here, monkeypatch):

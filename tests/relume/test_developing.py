@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import developing, layer_names, metadata, output
+from relume import denoising, developing, layer_names, metadata, output
 from relume.cli import main
 from relume.tone import Look
 
@@ -45,6 +45,32 @@ def test_the_picture_comes_before_layers_of_colour(tmp_path, planes):
     assert np.array_equal(developing.read(path).image, np.stack(planes[3:6], axis=-1))
 
 
+def test_colours_without_a_layer_come_before_any_layer(tmp_path, planes):
+    names = ("beauty.R", "beauty.G", "beauty.B", "R", "G", "B")
+    path = exr(tmp_path / "a.exr", dict(zip(names, planes, strict=False)))
+    assert np.array_equal(developing.read(path).image, np.stack(planes[3:6], axis=-1))
+
+
+def test_parts_are_layers_by_their_names_and_those_of_another_size_are_left_out(tmp_path, planes):
+    """Parts of one file may have channels of the same names."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    channels = {
+        "N": dict(zip("XYZ", planes[:3], strict=True)),
+        "combined": dict(zip("RGB", planes[3:6], strict=True)),
+        "albedo": dict(zip("RGB", planes[6:9], strict=True)),
+        "small": dict.fromkeys("RGB", np.ones((2, 2), "f4")),
+    }
+    header["displayWindow"] = ((0, 0), (7, 5))
+    parts = [OpenEXR.Part(dict(header), given, name) for name, given in channels.items()]
+    OpenEXR.File(parts).write(str(tmp_path / "a.exr"))
+    found = developing.read(tmp_path / "a.exr")
+    assert np.array_equal(found.image, np.stack(planes[3:6], axis=-1))
+    guides = denoising.guides(found.planes)
+    assert np.array_equal(guides["albedo"], np.stack(planes[6:9], axis=-1))
+    assert np.array_equal(guides["normal"], np.stack(planes[:3], axis=-1))
+    assert not any(name.startswith("small") for name in found.planes)
+
+
 def test_luminance_alone_is_grey(tmp_path, planes):
     path = exr(tmp_path / "a.exr", {"Y": planes[0]})
     assert np.array_equal(developing.read(path).image, np.stack([planes[0]] * 3, axis=-1))
@@ -67,6 +93,7 @@ def test_a_render_is_developed_as_it_was_rendered(room, tmp_path, monkeypatch):
     assert np.array_equal(np.asarray(Image.open("a.png")), np.asarray(Image.open("b.png")))
     facts = metadata.of_file("a.png")
     assert facts["relume.scene"] == "room.txt" and "relume.look" not in facts
+    assert facts["Software"].startswith("relume ")
 
 
 def test_exposure_and_curve_are_applied_and_told(tmp_path):

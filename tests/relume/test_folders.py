@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import folders, passes, running
+from relume import folders, metadata, noise, passes, rendering, running
 from relume.cli import main
 
 SMALL = ("--size", "16x12", "--spp", "2")
@@ -60,7 +60,12 @@ def test_the_sheet_shows_each_picture_and_what_is_to_know_of_it(scenes):
     run(scenes, "-o", "out", *SMALL)
     page = Page(Path("out/index.html").read_text())
     assert page.pictures == ["a%20room.png", "below/ring.png"]
-    for part in ("16x12 · 2 spp · noise ", "a ring", "did you mean 'SAMPLING'"):
+    told = float(metadata.of_file("out/a room.exr")[metadata.NOISE])
+    for part in (
+        f"16x12 · 2 spp · noise {noise.significant(100 * told)} %",
+        "a ring",
+        "did you mean 'SAMPLING'",
+    ):
         assert part in page.text
     with Image.open("out/index.png") as sheet:
         assert sheet.size == (3 * 248 + 8, 222 + 8)
@@ -85,6 +90,9 @@ def test_resumed_only_what_is_missing_is_rendered(scenes, monkeypatch):
     assert Path("out/a room.exr").stat().st_mtime_ns == before
     run(scenes, "-o", "out", "--size", "16x12", "--spp", 2, "--seed", 3, "--resume")
     assert "a room.txt" in asked, "that of another seed is another picture"
+    asked.clear()
+    run(scenes, "-o", "out", "--size", "16x12", "--spp", 3, "--seed", 3, "--resume")
+    assert "a room.txt" in asked, "it has too few samples"
 
 
 def test_resumed_renders_go_on_with_their_passes(scenes, monkeypatch):
@@ -101,6 +109,27 @@ def test_resumed_renders_go_on_with_their_passes(scenes, monkeypatch):
     assert Path("whole.exr").read_bytes() == Path("out/a room.exr").read_bytes()
 
 
+def test_looks_times_and_noise_of_pictures_that_are_kept(scenes):
+    words = ("in/below", "-o", "out", "--size", "16x12", "--exposure", 2)
+    result = run(*words, "--spp", 2)
+    assert metadata.of_file("out/ring.png")["relume.look"] == "exposure +2.00, linear"
+    assert "stays linear" not in result.stderr, "the OpenEXR file is not what is looked at"
+    Path("out/times.json").write_text('{"ring": 7200}')
+    result = run(*words, "--spp", 2, "--resume")
+    assert "1 were there already" in result.stderr and "2 h of rendering" in result.stderr
+    result = run(*words, "--noise", "0.001%", "--time-limit", 0, "--resume")
+    assert "were there already" not in result.stderr, "it is noisier than is asked for"
+
+
+def test_a_defect_in_one_scene_is_told_and_left_behind(scenes, monkeypatch):
+    def odd(*_, **__):
+        raise RuntimeError("odd")
+
+    monkeypatch.setattr(folders, "render_scene", odd)
+    result = run("in", "-o", "out", *SMALL)
+    assert result.exit_code == 1 and result.stderr.count("RuntimeError: odd\n") >= 2
+
+
 def test_an_interrupt_ends_the_folder_with_a_sheet(scenes, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
@@ -108,6 +137,17 @@ def test_an_interrupt_ends_the_folder_with_a_sheet(scenes, monkeypatch):
     monkeypatch.setattr(running, "open_session", interrupted)
     result = run(scenes, "-o", "out", *SMALL)
     assert "interrupted" in result.stderr and Path("out/index.html").exists()
+
+
+def test_brackets_in_names_and_errors_are_no_markup(room, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in").mkdir()
+    room(name="in/[b].txt", objects="OBJECT\ndisk2 0 1 0 2 1\nnormal 0 1 0\n")
+    (tmp_path / "in/a.txt").write_text("OBJECT\nsphere 0 0 [/b] 1\n")
+    result = run("in", "-o", "out", *SMALL)
+    assert Path("out/[b].exr").exists() and result.stdout == "out/index.html\n", result.output
+    for text in ("1 of 2 in/[b].txt", "found '[/b] 1'"):
+        assert text in result.stderr
 
 
 def test_scenes_of_one_name_get_pictures_of_their_own(room, tmp_path, monkeypatch):

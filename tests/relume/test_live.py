@@ -29,6 +29,7 @@ def page(room):
     translation = loading.translated(room(objects=objects), RenderOptions())
     stopped = []
     page = LivePage(translation, stopped)
+    page.translation = translation
     page.stopped = stopped
     page.start()
     page.progress(Progress(1, 8, 2, 16, 2.0))
@@ -74,6 +75,31 @@ def test_state_and_picture_are_those_of_the_render(page):
     page.end(rendered(3), 6.0, "done: a.png")
     state = json.loads(ask(page)[1])
     assert state["ended"] == "done: a.png" and state["spp"] == 6 and state["picture"] == 1
+
+
+def test_pictures_are_taken_at_intervals(page):
+    page.offer(rendered(2), 2.01)
+    assert json.loads(ask(page)[1])["picture"] == 0
+    page.offer(rendered(2), 1000.0)
+    assert json.loads(ask(page)[1])["picture"] == 1
+
+
+def test_the_rate_is_that_of_this_render_alone(page):
+    """Of a render that goes on, the samples from before took none of its time."""
+    going_on = LivePage(page.translation, [])
+    going_on.offer(rendered(3), 0.0)
+    going_on.progress(Progress(4, 8, 8, 16, 2.0))
+    assert json.loads(going_on.answer("state")[1])["rate"] == 2 * WIDTH * HEIGHT / 2.0
+    going_on._server.server_close()
+
+
+def test_long_histories_keep_their_ends_and_every_second_between(page, monkeypatch):
+    monkeypatch.setattr("relume.live.HISTORY", 6)
+    for seconds in range(3, 12):
+        page.end(rendered(2), float(seconds), "")
+    times = [seconds for seconds, _ in json.loads(ask(page)[1])["history"]]
+    assert times == sorted(times) and len(times) <= 6
+    assert (times[0], times[-1]) == (2, 11) and len(times) > 3
 
 
 @pytest.mark.parametrize("name", ["index.html", "live.js", "viewer.js", "live.css", ""])
@@ -142,6 +168,18 @@ def test_a_render_is_stopped_from_the_page_and_keeps_its_picture(room, tmp_path,
     assert pages[0]["ended"] == "" and pages[1]["ended"] == "interrupted: a.exr"
     assert pages[1]["noise"] == found.noise
     assert (tmp_path / "a.exr").exists() and (tmp_path / "a.passes.exr").exists()
+
+
+def test_only_an_open_page_is_waited_for(page, monkeypatch):
+    waits = []
+    monkeypatch.setattr("relume.live.time.sleep", lambda _: waits.append(page.obey("seen")))
+    unseen = LivePage(page.translation, [])
+    unseen.start()
+    unseen.close()
+    assert not waits
+    ask(page)
+    page.close()
+    assert waits == [True], "until it has got the last picture"
 
 
 def test_the_address_is_told(room, tmp_path, monkeypatch):

@@ -87,8 +87,18 @@ def test_linear_pictures_are_shown_as_they_are_looked_at(tmp_path):
     assert terminal_pictures.picture(tmp_path / "a.exr", Look(2.0)).getpixel((1, 1)) == (255,) * 3
 
 
-def test_nothing_is_printed_into_a_pipe(tmp_path):
+def test_wide_sixel_pictures_are_reduced():
+    wide = Image.new("RGB", (3 * terminal_pictures.WIDEST, 30), (0, 255, 0))
+    found = decoded(terminal_pictures.encoded(wide, "sixel"))
+    assert found.shape == (10, terminal_pictures.WIDEST, 3)
+    assert np.abs(found - [0, 255, 0]).max() < 3
+
+
+def test_nothing_is_printed_into_a_pipe(tmp_path, monkeypatch):
+    monkeypatch.setenv("TERM", "foot")
     write_image(tmp_path / "a.png", np.ones((2, 3, 3)))
     pipe = io.StringIO()
     assert not terminal_pictures.show(tmp_path / "a.png", Look(), Console(file=pipe))
     assert not pipe.getvalue()
+    terminal = Console(file=pipe, force_terminal=True)
+    assert terminal_pictures.show(tmp_path / "a.png", Look(), terminal) and pipe.getvalue()

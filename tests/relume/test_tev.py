@@ -74,3 +74,21 @@ def test_without_tev_the_render_goes_on(room, tmp_path, console):
     found = render_scene(room(), out=tmp_path / "a.exr", console=console, viewers=viewer)
     assert found.paths[0].exists() and not found.why
     assert f"no tev at 127.0.0.1:{address[1]}" in console.export_text()
+
+
+def test_a_viewer_that_is_gone_does_not_end_the_render(room, tmp_path, console):
+    """It takes the connection, and closes it before the first picture."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        class Gone(tev.Tev):
+            def start(self):
+                super().start()
+                connection, _ = server.accept()
+                reset = struct.pack("ii", 1, 0)
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
+                connection.close()
+
+        viewer = [lambda *given: Gone(*given, address=server.getsockname(), console=console)]
+        found = render_scene(room(), out=tmp_path / "a.exr", console=console, viewers=viewer)
+    assert found.paths[0].exists() and not found.why
+    assert console.export_text().count("no tev at 127.0.0.1") == 1

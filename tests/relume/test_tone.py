@@ -1,5 +1,7 @@
 """Exposure and tone curves."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -27,8 +29,16 @@ def test_an_exposure_is_a_factor_of_2_a_stop(stops, factor):
 @pytest.mark.parametrize("scale", [1e-6, 1, 1e5])
 def test_auto_finds_the_exposure_of_any_scale(scale):
     """A grey card of 18 % comes out as 18 %; a black or dim surround does not count."""
-    image = grey(0.18, 0.18, 0.18, 0, 0, 0, 1e-6) * scale
+    image = grey(0.18, 0.18, 0.18, 0, 0, 0, 1e-6, 1e-6, 1e-6) * scale
     assert Look("auto").applied(image)[0, 0, 0] == pytest.approx(0.18, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "color, Y", [((1, 0, 0), 0.2126), ((0, 1, 0), 0.7152), ((0, 0, 1), 0.0722)]
+)
+def test_auto_weighs_colours_by_luminance(color, Y):
+    """Those of Rec. 709."""
+    assert tone.auto_exposure(np.array([[color]], float)) == pytest.approx(math.log2(0.18 / Y))
 
 
 def test_auto_leaves_black_alone():
@@ -49,13 +59,19 @@ def test_curves_rise_from_black_to_white(name):
     [
         ("linear", 0.5, 0.5),
         # By hand from the formulas of the sources.
+        ("aces", 0.01, 0.01 * (0.0251 + 0.03) / (0.01 * (0.0243 + 0.59) + 0.14)),
         ("aces", 1.0, (2.51 + 0.03) / (2.43 + 0.59 + 0.14)),
+        ("filmic", 0.01, (0.00506 / 0.07006 - 1 / 15) / (19.38 / 24.476 - 1 / 15)),
         ("filmic", 1.0, (0.704 / 1.66 - 1 / 15) / (19.38 / 24.476 - 1 / 15)),
-        ("agx", 0.18, 0.2156),
     ],
 )
 def test_curves_at_a_value_worked_out_by_hand(name, x, y):
-    assert tone.TONE_MAPS[name](grey(x).astype(float))[0, 0, 0] == pytest.approx(y, abs=2e-3)
+    assert tone.TONE_MAPS[name](grey(x).astype(float))[0, 0, 0] == pytest.approx(y, rel=1e-5)
+
+
+def test_agx_at_middle_grey():
+    """The value that was worked out by hand has four digits."""
+    assert tone.agx(grey(0.18).astype(float))[0, 0, 0] == pytest.approx(0.2156, abs=2e-3)
 
 
 @pytest.mark.parametrize("name", ["linear", "filmic", "aces", "agx"])
@@ -81,3 +97,20 @@ def test_pictures_that_show_little_are_told(value, said):
     if said:
         exposed = Look(float(found.split("--exposure ")[1].split()[0])).applied(image)
         assert not tone.advice(exposed, output.encode_display(exposed))
+
+
+def test_an_exposure_that_would_not_show_a_picture_is_not_told():
+    """Two bright pixels in the dark: less light would make it no brighter."""
+    image = grey(*[0.0] * 398, 9, 9)
+    assert not tone.advice(image, output.encode_display(image))
+
+
+def test_burnt_out_is_what_is_mostly_white():
+    """Three of five pixels, and all of their channels: a red lamp is a colour."""
+    for image, said in (
+        (grey(4, 4, 4, 0.2, 0.2), "burnt out, 60 % of it white"),
+        (grey(4, 4, 0.2, 0.2, 0.2), ""),
+        (grey(4, 4, 4, 4, 4) * np.array([1, 0.1, 0.1]), ""),
+    ):
+        found = tone.advice(image, output.encode_display(image))
+        assert found.startswith(said) and bool(found) == bool(said)
