@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import folders, metadata, noise, passes, rendering, running
+from relume import folders, metadata, noise, passes, running
 from relume.cli import main
 
 SMALL = ("--size", "16x12", "--spp", "2")
