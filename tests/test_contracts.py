@@ -350,6 +350,8 @@ def test_to_string_shows_all_parameters(name):
     if name == "schlickglass":
         mi.set_variant("llvm_ad_spectral")
         text += str(mi.load_dict({"type": name, "dispersion": "formula99"}))
+    for metric in ("kerr", "wormhole") if name == "curvedspace" else ():
+        text += str(mi.load_dict({"type": name, "metric": metric, "nested": {"type": "surfacepath"}}))
     assert [key for key in sorted(shown) if not re.search(rf"\b{key}\b", text)] == []
 
 

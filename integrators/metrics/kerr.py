@@ -64,6 +64,10 @@ class Kerr(Metric):
         self.outer, self.inner = mi.Float(1 + root), mi.Float(1 - root)
         dr.make_opaque(self.a, self.outer, self.inner)
 
+    def parameters(self) -> dict[str, object]:
+        of_mass = {"center": self.center, "mass": self.mass}
+        return of_mass | {"spin": -self.a, "observer": self.observer}
+
     # ------------------------------ coordinates ------------------------------
 
     def place(self, x: mi.Vector3f) -> Place:

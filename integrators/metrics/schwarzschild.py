@@ -37,6 +37,9 @@ class Schwarzschild(Metric):
         self.center, self.mass = center_and_mass(props)
         self.observer = choice(props, "observer", OBSERVERS)
 
+    def parameters(self) -> dict[str, object]:
+        return {"center": self.center, "mass": self.mass, "observer": self.observer}
+
     def begin(self, p: mi.Point3f, d: mi.Vector3f, side: mi.UInt32, camera: bool) -> Geodesic:
         x = mi.Vector3f((p - self.center) / self.mass)
         r = dr.norm(x)

@@ -52,6 +52,10 @@ class Wormhole(Metric):
         self.mouths = [mi.Point3f(*mouth.tolist()) for mouth in mouths]
         dr.make_opaque(self.rho, self.a, self.M, self.mouths)
 
+    def parameters(self) -> dict[str, object]:
+        mouths = {"mouth_in": self.mouths[0], "mouth_out": self.mouths[1]}
+        return mouths | {"rho": self.rho, "a": self.a, "W": self.M * LENSING_WIDTH}
+
     def shape(self, l: mi.Float) -> tuple[mi.Float, mi.Float]:
         """The radius at l, and its slope along \\|l|."""
         x = dr.maximum(dr.abs(l) - self.a, 0) * 2 / (dr.pi * self.M)
