@@ -32,6 +32,9 @@ HOTTEST = 4500.0
 MASS = 1.0
 """Mass of a hole [scene unit]."""
 
+MOST_SPIN = 0.999999
+"""Largest spin [M] that `curvedspace` and `accretiondisk` take."""
+
 
 def curvature(document: Document) -> BlackHole | WormHole | None:
     """The block that bends space: the last wormhole, else the last black hole; or None."""
@@ -115,6 +118,9 @@ def _settle_hole(document: Document, block: BlackHole, dialect: str) -> None:
         block.position = _before_camera(document, block.dist, dialect)
     else:
         block.lines.becomes("dist", "dist-unused")
+    if abs(block.angular_momentum) > MOST_SPIN:
+        block.angular_momentum = math.copysign(MOST_SPIN, block.angular_momentum)
+        block.lines.remark("angular_momentum", "spin-limited", most=MOST_SPIN)
     away = math.dist(view(document, dialect).origin, block.position)
     if away <= 1 + math.sqrt(1 - block.angular_momentum**2):
         block.lines.becomes("", "camera-in-hole")
