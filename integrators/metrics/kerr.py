@@ -8,12 +8,12 @@ from typing import NamedTuple
 import drjit as dr
 import mitsuba as mi
 
+from relume.black_holes import MOST_SPIN
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
 from relume.integrators.metrics.schwarzschild import OBSERVERS, center_and_mass
 from relume.parameters import Range, choice, number
 
-SPIN = Range(-0.999999, 0.999999)
-"""Beyond, single precision knows no horizon."""
+SPIN = Range(-MOST_SPIN, MOST_SPIN)
 
 GAP = 1e-3
 """How close to the horizon, in its radii, light is captured: the scene's azimuth diverges there."""
