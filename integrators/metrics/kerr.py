@@ -10,7 +10,13 @@ import mitsuba as mi
 
 from relume.black_holes import MOST_SPIN
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
-from relume.integrators.metrics.schwarzschild import OBSERVERS, center_and_mass
+from relume.integrators.metrics.schwarzschild import (
+    LEAVING,
+    OBSERVERS,
+    PHOTON_SPHERE,
+    bend_left,
+    center_and_mass,
+)
 from relume.parameters import Range, choice, number
 
 SPIN = Range(-MOST_SPIN, MOST_SPIN)
@@ -189,9 +195,9 @@ class Kerr(Metric):
         u = along / r
         sin2 = dr.maximum(1 - dr.square(u), 0)
         # As without spin, and the frame's dragging of what goes straight out.
-        bend = sin2 * (2 + u) / dr.square((1 + u) * r)
+        bend = bend_left(r, u, sin2)
         rest = bend * r * dr.sqrt(sin2) + dr.abs(self.a) / dr.square(r)
-        leaves = (u > 0) & (r > 4)
+        leaves = (u > 0) & (r > LEAVING)
         d = turned(d - bend * (x - along * d), -self.a / dr.square(r))
         return dr.normalize(d), dr.select(leaves, rest, dr.inf)
 
@@ -203,7 +209,7 @@ class Kerr(Metric):
         return self.place(x).r < (1 + GAP) * self.outer
 
     def bound(self, g: Geodesic) -> mi.Bool:
-        return self.place(mi.Vector3f(*g.y[:3])).r < 3
+        return self.place(mi.Vector3f(*g.y[:3])).r < PHOTON_SPHERE
 
 
 def turned(v: mi.Vector3f, angle: mi.Float) -> mi.Vector3f:

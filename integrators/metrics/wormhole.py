@@ -38,7 +38,7 @@ class Wormhole(Metric):
         props: `mi.Properties` with ``mouth_in``, ``mouth_out``, ``rho``, ``a`` and ``W``.
 
     Raises:
-        ValueError: the throat has no radius, or a negative length or lensing width.
+        ValueError: the throat has no radius, or no lensing width, or a negative length.
     """
 
     sides = 2
