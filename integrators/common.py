@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
@@ -61,6 +62,43 @@ def with_depth_range(
 def step_by_step(integrator: mi.SamplingIntegrator) -> AbstractContextManager[None]:
     """The context in which an integrator differentiates; one without effect if it needs none."""
     return getattr(integrator, "step_by_step", nullcontext)()
+
+
+@functools.cache
+def _nesting(_variant: str) -> type[mi.SamplingIntegrator]:
+    class Nesting(mi.SamplingIntegrator):
+        def __init__(self, props):
+            mi.SamplingIntegrator.__init__(self, props)
+            self.nested = nested_integrator(props)
+
+        def step_by_step(self):
+            return step_by_step(self.nested)
+
+        def render_forward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                return super().render_forward(*args, **kwargs)
+
+        def render_backward(self, *args, **kwargs):
+            with step_by_step(self.nested):
+                super().render_backward(*args, **kwargs)
+
+        def aov_names(self):
+            return self.nested.aov_names()
+
+        def traverse(self, cb):
+            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+
+    return Nesting
+
+
+def nesting() -> type[mi.SamplingIntegrator]:
+    """The base class of integrators that work on the samples of another one, `nested`.
+
+    Returns:
+        The class for the variant in use. It differentiates as the nested one asks for, and shows
+        that one's AOVs; `sample` is left to its subclasses.
+    """
+    return _nesting(mi.variant())
 
 
 def path_depths(props: mi.Properties) -> tuple[int, int]:

@@ -133,11 +133,8 @@ from relume.integrators.metrics.metric import REST, Geodesic
 from relume.integrators.seethrough import Surfaces
 from relume.parameters import Range, whole
 
-OF_METRICS = ("center", "mass", "spin", "observer", "mouth_in", "mouth_out", "rho", "a", "W")
-"""Parameters that metrics read."""
-
 SHORTEST = 1e-9
-"""Step below which a geodesic cannot be followed."""
+"""Step [M, for wormholes scene unit] below which a geodesic cannot be followed."""
 
 
 def surfaces_of(scenes: list[mi.Scene]) -> Surfaces:
@@ -409,7 +406,7 @@ def define() -> type[mi.SamplingIntegrator]:
 
         def to_string(self):
             parts = {"metric": type(self.metric).__name__, "nested": self.nested}
-            parts |= {name: getattr(self.metric, name, None) for name in OF_METRICS}
+            parts |= self.metric.parameters()
             parts |= {"geodesics_max_length": self.max_steps, "start_side": self.start_side}
             parts |= {"sky": self.skies[0], "sky2": self.skies[-1], "other": self.other}
             return f"CurvedSpace[{', '.join(f'{name}={part}' for name, part in parts.items())}]"

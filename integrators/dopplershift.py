@@ -47,10 +47,12 @@ velocity is to be the same.
 
 from __future__ import annotations
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.common import nested_integrator
+from relume.integrators.common import nesting
 from relume.parameters import Range, check, expose, number, vector
 from relume.sensors.doppler import check_velocity, doppler_factor, shifted
 
@@ -59,11 +61,11 @@ SHARE = Range(0, 1)
 
 def define() -> type[mi.SamplingIntegrator]:
     """Return the plugin's class for the variant in use."""
+    Nesting: Any = nesting()
 
-    class DopplerShift(mi.SamplingIntegrator):
+    class DopplerShift(Nesting):
         def __init__(self, props):
-            mi.SamplingIntegrator.__init__(self, props)
-            self.nested = nested_integrator(props)
+            super().__init__(props)
             self.velocity = mi.Vector3f(*vector(props, "velocity", (0, 0, 0)).tolist())
             self.share = mi.Float(number(props, "share", 1.0))
             self.parameters_changed([])
@@ -73,11 +75,8 @@ def define() -> type[mi.SamplingIntegrator]:
             check(self, {"share": SHARE}, keys)
             dr.make_opaque(self.velocity, self.share)
 
-        def aov_names(self):
-            return self.nested.aov_names()
-
         def traverse(self, cb):
-            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+            super().traverse(cb)
             expose(self, cb, ("velocity", "share"))
 
         def sample(self, scene, sampler, ray, medium=None, active=True):

@@ -42,10 +42,12 @@ per pixel.
 
 from __future__ import annotations
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.common import nested_integrator, step_by_step, with_depth_range
+from relume.integrators.common import nesting, with_depth_range
 from relume.parameters import NOT_NEGATIVE, check, expose, number, plain
 
 RUNS_UNDER = ("scalar", "polarized")
@@ -71,11 +73,11 @@ def luminance(L: mi.Spectrum, wavelengths: mi.Spectrum) -> mi.Float:
 
 def define() -> type[mi.SamplingIntegrator]:
     """Return the plugin's class for the variant in use."""
+    Nesting: Any = nesting()
 
-    class SampleScale(mi.SamplingIntegrator):
+    class SampleScale(Nesting):
         def __init__(self, props):
-            mi.SamplingIntegrator.__init__(self, props)
-            self.nested = nested_integrator(props)
+            super().__init__(props)
             self.response = mi.Float(number(props, "response", 1.0))
             self.luminance_limit = mi.Float(number(props, "luminance_limit", 0.0))
             self.parameters_changed([])
@@ -85,9 +87,6 @@ def define() -> type[mi.SamplingIntegrator]:
             self.limited = plain(self.luminance_limit) > 0
             dr.make_opaque(self.response, self.luminance_limit)
 
-        def step_by_step(self):
-            return step_by_step(self.nested)
-
         def with_depth_range(self, min_depth, max_depth):
             if self.limited:
                 raise ValueError("samplescale: luminance_limit applies to all depths at once")
@@ -95,19 +94,8 @@ def define() -> type[mi.SamplingIntegrator]:
             response = plain(self.response)
             return mi.load_dict({"type": "samplescale", "response": response, "nested": nested})
 
-        def render_forward(self, *args, **kwargs):
-            with step_by_step(self.nested):
-                return super().render_forward(*args, **kwargs)
-
-        def render_backward(self, *args, **kwargs):
-            with step_by_step(self.nested):
-                super().render_backward(*args, **kwargs)
-
-        def aov_names(self):
-            return self.nested.aov_names()
-
         def traverse(self, cb):
-            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+            super().traverse(cb)
             expose(self, cb, tuple(RANGES))
 
         def sample(self, scene, sampler, ray, medium=None, active=True):

@@ -28,41 +28,23 @@ have none.
 
 from __future__ import annotations
 
+from typing import Any
+
 import mitsuba as mi
 
-from relume.integrators.common import nested_integrator, step_by_step, with_depth_range
+from relume.integrators.common import nesting, with_depth_range
 
 RUNS_UNDER = ("scalar", "polarized")
 
 
 def define() -> type[mi.SamplingIntegrator]:
     """Return the plugin's class for the variant in use."""
+    Nesting: Any = nesting()
 
-    class ShadowCatching(mi.SamplingIntegrator):
-        def __init__(self, props):
-            mi.SamplingIntegrator.__init__(self, props)
-            self.nested = nested_integrator(props)
-
-        def step_by_step(self):
-            return step_by_step(self.nested)
-
+    class ShadowCatching(Nesting):
         def with_depth_range(self, min_depth, max_depth):
             nested = with_depth_range(self.nested, min_depth, max_depth)
             return mi.load_dict({"type": "shadowcatching", "nested": nested})
-
-        def render_forward(self, *args, **kwargs):
-            with step_by_step(self.nested):
-                return super().render_forward(*args, **kwargs)
-
-        def render_backward(self, *args, **kwargs):
-            with step_by_step(self.nested):
-                super().render_backward(*args, **kwargs)
-
-        def aov_names(self):
-            return self.nested.aov_names()
-
-        def traverse(self, cb):
-            cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
             surfaces = [shape.bsdf() for shape in scene.shapes()]

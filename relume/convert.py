@@ -23,6 +23,17 @@ from relume.translator.scene import OWN_PLUGINS
 from relume.translator.scene_values import Color, Matrix, Mesh, Picture, mitsuba_mesh, to_mitsuba
 from relume.version import version
 
+KINDS = {
+    "bsdf": "BSDF",
+    "emitter": "Emitter",
+    "integrator": "Integrator",
+    "phase function": "PhaseFunction",
+    "sampler": "Sampler",
+    "sensor": "Sensor",
+    "texture": "Texture",
+}
+"""Members of `mi.ObjectType` by the kinds of `OWN_PLUGINS`."""
+
 
 def write_xml(
     path: str | Path,
@@ -105,18 +116,10 @@ def name_kinds(state: Any) -> None:
     Args:
         state: `mi.parser.ParserState` of the scene.
     """
-    kinds = {
-        "bsdf": "BSDF",
-        "emitter": "Emitter",
-        "integrator": "Integrator",
-        "phase function": "PhaseFunction",
-        "sensor": "Sensor",
-        "texture": "Texture",
-    }
     for node in state.nodes:
         kind = OWN_PLUGINS.get(node.props.plugin_name())
         if kind is not None:
-            node.type = getattr(mi.ObjectType, kinds[kind])
+            node.type = getattr(mi.ObjectType, KINDS[kind])
 
 
 class _Files:

@@ -66,12 +66,14 @@ ellipse :math:`(2p - 1)^2 + (2q - 1)^2 = 1` the picture is black.
 
 from __future__ import annotations
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 
 from relume.parameters import NOT_NEGATIVE, POSITIVE, choice, expose, number, vector
 from relume.sensors.doppler import aberrated, check_velocity
-from relume.sensors.screencamera import through_lens, window_of
+from relume.sensors.screencamera import behind_a_lens, window_of
 
 
 def mollweide(position: mi.Point2f) -> tuple[mi.Vector3f, mi.Bool]:
@@ -94,8 +96,9 @@ def mollweide(position: mi.Point2f) -> tuple[mi.Vector3f, mi.Bool]:
 
 def define() -> type[mi.Sensor]:
     """Return the plugin's class for the variant in use."""
+    BehindALens: Any = behind_a_lens()
 
-    class RelativisticCamera(mi.Sensor):
+    class RelativisticCamera(BehindALens):
         def __init__(self, props):
             mi.Sensor.__init__(self, props)
             self.projection = choice(props, "projection", ("screen", "mollweide"))
@@ -133,30 +136,11 @@ def define() -> type[mi.Sensor]:
         def sample_ray(
             self, time, wavelength_sample, position_sample, aperture_sample, active=True
         ):
-            si = dr.zeros(mi.SurfaceInteraction3f)
-            wavelengths, weight = self.sample_wavelengths(si, wavelength_sample, active)
-            local, inside = self.local(dr.fma(position_sample, self.window, self.corner))
-            to_world = self.world_transform()
-            o = to_world.translation()
-            d = dr.normalize(to_world @ local)
-            if self.has_lens:
-                o, d = through_lens(
-                    o, d, self.aperture_radius, self.focus_distance, aperture_sample
-                )
-            d = aberrated(d, self.velocity)
-            return mi.Ray3f(o, d, time, wavelengths), dr.select(inside, weight, 0)
-
-        def sample_ray_differential(
-            self, time, wavelength_sample, position_sample, aperture_sample, active=True
-        ):
-            ray, weight = self.sample_ray(
+            ray, weight = super().sample_ray(
                 time, wavelength_sample, position_sample, aperture_sample, active
             )
-            return mi.RayDifferential3f(ray), weight
-
-        def bbox(self):
-            origin = self.world_transform().translation()
-            return mi.ScalarBoundingBox3f([dr.slice(x) for x in origin])
+            d = aberrated(ray.d, self.velocity)
+            return mi.Ray3f(ray.o, d, time, ray.wavelengths), weight
 
         def to_string(self):
             return (

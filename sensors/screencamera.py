@@ -47,6 +47,9 @@ lens of the original renderer, which is a thin lens only for a camera that looks
 
 from __future__ import annotations
 
+import functools
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -87,10 +90,55 @@ def through_lens(
     return o + offset, dr.normalize(d - offset * (dr.abs(d.z) / focus_distance))
 
 
+@functools.cache
+def _behind_a_lens(_variant: str) -> type[mi.Sensor]:
+    class BehindALens(mi.Sensor):
+        def sample_ray(
+            self, time, wavelength_sample, position_sample, aperture_sample, active=True
+        ):
+            si = dr.zeros(mi.SurfaceInteraction3f)
+            wavelengths, weight = self.sample_wavelengths(si, wavelength_sample, active)
+            local, inside = self.local(dr.fma(position_sample, self.window, self.corner))
+            to_world = self.world_transform()
+            o = to_world.translation()
+            d = dr.normalize(to_world @ local)
+            if self.has_lens:
+                o, d = through_lens(
+                    o, d, self.aperture_radius, self.focus_distance, aperture_sample
+                )
+            return mi.Ray3f(o, d, time, wavelengths), dr.select(inside, weight, 0)
+
+        def sample_ray_differential(
+            self, time, wavelength_sample, position_sample, aperture_sample, active=True
+        ):
+            ray, weight = self.sample_ray(
+                time, wavelength_sample, position_sample, aperture_sample, active
+            )
+            return mi.RayDifferential3f(ray), weight
+
+        def bbox(self):
+            origin = self.world_transform().translation()
+            return mi.ScalarBoundingBox3f([dr.slice(x) for x in origin])
+
+    return BehindALens
+
+
+def behind_a_lens() -> type[mi.Sensor]:
+    """The base class of sensors with a lens that focuses along the world's Z axis.
+
+    Returns:
+        The class for the variant in use. A subclass has what `through_lens` and `window_of` take
+        and give, and `has_lens`; its `local(position)` returns the direction at a position on the
+        film in the sensor's axes, and whether there is one.
+    """
+    return _behind_a_lens(mi.variant())
+
+
 def define() -> type[mi.Sensor]:
     """Return the plugin's class for the variant in use."""
+    BehindALens: Any = behind_a_lens()
 
-    class ScreenCamera(mi.Sensor):
+    class ScreenCamera(BehindALens):
         def __init__(self, props):
             mi.Sensor.__init__(self, props)
             self.width = mi.Float(number(props, "width", None, POSITIVE))
@@ -115,33 +163,9 @@ def define() -> type[mi.Sensor]:
                 self.window, self.corner,
             )  # fmt: skip
 
-        def sample_ray(
-            self, time, wavelength_sample, position_sample, aperture_sample, active=True
-        ):
-            si = dr.zeros(mi.SurfaceInteraction3f)
-            wavelengths, weight = self.sample_wavelengths(si, wavelength_sample, active)
-            p, q = dr.fma(position_sample, self.window, self.corner)
-            local = mi.Vector3f((0.5 - p) * self.width, (0.5 - q) * self.height, 1)
-            to_world = self.world_transform()
-            o = to_world.translation()
-            d = dr.normalize(to_world @ local)
-            if self.has_lens:
-                o, d = through_lens(
-                    o, d, self.aperture_radius, self.focus_distance, aperture_sample
-                )
-            return mi.Ray3f(o, d, time, wavelengths), weight
-
-        def sample_ray_differential(
-            self, time, wavelength_sample, position_sample, aperture_sample, active=True
-        ):
-            ray, weight = self.sample_ray(
-                time, wavelength_sample, position_sample, aperture_sample, active
-            )
-            return mi.RayDifferential3f(ray), weight
-
-        def bbox(self):
-            origin = self.world_transform().translation()
-            return mi.ScalarBoundingBox3f([dr.slice(x) for x in origin])
+        def local(self, position):
+            p, q = position
+            return mi.Vector3f((0.5 - p) * self.width, (0.5 - q) * self.height, 1), mi.Bool(True)
 
         def to_string(self):
             numbers = ", ".join(f"{name}={getattr(self, name)}" for name in RANGES)

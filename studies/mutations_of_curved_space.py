@@ -6,6 +6,7 @@ METRICS = "integrators/metrics"
 HOLE, SPIN, THROAT = (f"{METRICS}/test_{n}.py" for n in ("schwarzschild", "kerr", "wormhole"))
 SCENES, SHIFT = "integrators/test_curvedspace.py", "integrators/test_dopplershift.py"
 CAMERA, DISK = "sensors/test_relativisticcamera.py", "textures/test_accretiondisk.py"
+APPLICATION = "relume/test_curved_space.py"
 
 steps = of(f"{METRICS}/metric.py", f"{HOLE}::test_deflection")
 hole = of(f"{METRICS}/schwarzschild.py", f"{HOLE}::test_deflection")
@@ -15,6 +16,9 @@ scenes = of("integrators/curvedspace.py", SCENES)
 shift = of("sensors/doppler.py", SHIFT)
 camera = of("sensors/relativisticcamera.py", CAMERA)
 disk = of("textures/accretiondisk.py", DISK)
+bounds = of("relume/black_holes.py", "translator/test_curved_space.py::test_the_largest_spins")
+written = of("relume/convert.py", APPLICATION)
+pictures = of("relume/picture_formats.py", APPLICATION)
 bodies = of("textures/blackbodies.py", f"{DISK}::test_black_bodies")
 
 CURVED_SPACE = [
@@ -112,6 +116,25 @@ CURVED_SPACE = [
         "temperatures 2 % too high",
         "return self.temperature * dr",
         "return 1.02 * self.temperature * dr",
+    ),
+    bounds("largest spin 2 % too small", "MOST_SPIN = 0.999999", "MOST_SPIN = 0.98"),
+    bounds(
+        "innermost orbit 2 % too far",
+        "return 3 + z2 -",
+        "return 3.06 + z2 -",
+        "relume/test_black_holes.py",
+    ),
+    written(
+        "the scene on the other side without its type",
+        '.replace("<scene name=", \'<scene type="scene" name=\')',
+        "",
+        f"{APPLICATION}::test_both_sides_of_a_wormhole_are_converted",
+    ),
+    pictures(
+        "EXR files without their comment",
+        'names = {COMMENT: "comments"}',
+        'names = {COMMENT: "comment"}',
+        f"{APPLICATION}::test_metadata_of_pictures",
     ),
     bodies("Planck's constant 2 % too large", "1.438777e7", "1.467e7"),
 ]

@@ -236,6 +236,9 @@ def test_to_string_shows_all_parameters(name):
     if name == "schlickglass":
         mi.set_variant("llvm_ad_spectral")
         text += str(mi.load_dict({"type": name, "dispersion": "formula99"}))
+    for metric in ("kerr", "wormhole") if name == "curvedspace" else ():
+        parameters = {"metric": metric, "nested": {"type": "surfacepath"}}
+        text += str(mi.load_dict({"type": name} | parameters))
     assert [key for key in sorted(shown) if not re.search(rf"\b{key}\b", text)] == []
 
 

@@ -14,9 +14,9 @@ else:
 
 ROOT = Path(__file__).parents[1]
 PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "samplers", "sensors", "textures"}
-BASE = {"dome_maps", "parameters", "registration"}
-"""Modules that plugins build on and that know none of the rest; `dome_maps` serves the translator,
-too: it is formulas alone, and takes no Mitsuba to import."""
+BASE = {"black_holes", "dome_maps", "parameters", "registration"}
+"""Modules that plugins build on and that know none of the rest; the first two serve the translator,
+too: they are formulas alone, and take no Mitsuba to import."""
 FORBIDDEN = {package: {"application", "translator"} for package in PLUGINS} | {
     "translator": {"application", "registration", "parameters", *PLUGINS},
     **{f"relume/{name}.py": {"application", "translator", *PLUGINS} for name in sorted(BASE)},

@@ -112,27 +112,16 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from relume.black_holes import MOST_SPIN, innermost_orbit
 from relume.parameters import NOT_NEGATIVE, POSITIVE, Range, choice, number, vector
 from relume.sensors.doppler import shifted
 from relume.textures.blackbodies import BlackBodies
 
-SPIN = Range(-0.999999, 0.999999)
+SPIN = Range(-MOST_SPIN, MOST_SPIN)
 """As that of ``curvedspace``."""
 
 OPAQUE = 0.99
 """Opacity from which the disk lets nothing through."""
-
-
-def innermost_orbit(spin: float) -> float:
-    """Radius [M] of the innermost stable orbit that turns with the hole.
-
-    Args:
-        spin: a of the hole [M], within -1 and 1.
-    """
-    a = abs(spin)
-    z1 = 1 + (1 - a * a) ** (1 / 3) * ((1 + a) ** (1 / 3) + (1 - a) ** (1 / 3))
-    z2 = math.sqrt(3 * a * a + z1 * z1)
-    return 3 + z2 - math.sqrt((3 - z1) * (3 + z1 + 2 * z2))
 
 
 def axes_of(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

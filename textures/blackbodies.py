@@ -6,6 +6,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from relume.sensors.colors import LUMINANCE
+
 SECOND_CONSTANT = 1.438777e7
 """h c / k [nm K]."""
 
@@ -41,7 +43,7 @@ class BlackBodies:
         light = planck(wavelengths[:, None], temperatures)
         xyz = matching @ light
         colors = np.maximum(SRGB @ xyz, 0)
-        colors /= np.array([0.212671, 0.715160, 0.072169]) @ colors
+        colors /= np.array(LUMINANCE) @ colors
         self.colors = [mi.Float(channel) for channel in colors]
         self.log_luminance = mi.Float(np.log(xyz[1]))
         dr.make_opaque(self.colors, self.log_luminance)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relume.black_holes import innermost_orbit
 from relume.translator import curved_space, geometry, lights
 from relume.translator.assets import existing
 from relume.translator.curved_space import MASS
@@ -40,7 +41,7 @@ def accretion_disk(
     block.lines.remark("blackhole_disk", "disk-opacity")
     block.lines.becomes("color", "disk-color-unused")
     texture = orbiting_matter(scene, index, block)
-    edge = MASS * curved_space.last_orbit(texture["spin"])
+    edge = MASS * innermost_orbit(texture["spin"])
     if texture["outer_radius"] <= edge:
         block.lines.becomes("", "no-orbit", radius=edge)
         return None

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from relume.black_holes import MOST_SPIN
 from relume.translator import geometry
 from relume.translator.camera import velocity, view
 from relume.translator.document import Document
@@ -43,17 +44,6 @@ def hole(document: Document) -> BlackHole | None:
     """The black hole that bends space, or None."""
     block = curvature(document)
     return block if isinstance(block, BlackHole) else None
-
-
-def last_orbit(spin: float) -> float:
-    """Radius of the last stable orbit around a hole of mass 1, in the sense of its spin.
-
-    Source: Bardeen, Press and Teukolsky 1972, equation 2.21.
-    """
-    a = abs(spin)
-    z1 = 1 + np.cbrt(1 - a**2) * (np.cbrt(1 + a) + np.cbrt(1 - a))
-    z2 = math.sqrt(3 * a**2 + z1**2)
-    return float(3 + z2 - math.sqrt((3 - z1) * (3 + z1 + 2 * z2)))
 
 
 def is_accretion_disk(document: Document, block: SceneObject) -> bool:
@@ -115,6 +105,9 @@ def _settle_hole(document: Document, block: BlackHole, dialect: str) -> None:
         block.position = _before_camera(document, block.dist, dialect)
     else:
         block.lines.becomes("dist", "dist-unused")
+    if abs(block.angular_momentum) > MOST_SPIN:
+        block.angular_momentum = math.copysign(MOST_SPIN, block.angular_momentum)
+        block.lines.remark("angular_momentum", "spin-limited", most=MOST_SPIN)
     away = math.dist(view(document, dialect).origin, block.position)
     if away <= 1 + math.sqrt(1 - block.angular_momentum**2):
         block.lines.becomes("", "camera-in-hole")

@@ -44,6 +44,8 @@ OUTCOMES = table((
     ("length-without-sign", "translated", "14", "{given:g} read as {read:g}",
      "No effect on the picture: the value is the one that the original program used.",
      "Write the length without its sign."),
+    ("spin-limited", "translated", "14", "nearer to 1 than {most:g}, which is taken",
+     "None to be seen: the horizon grows by less than 0.002 of the mass.", "Nothing to do."),
     ("skies-exchanged", "translated", "14", "the two skies change places",
      "Each side has the sky of the other, as in the original program.", "Nothing to do."),
     ("medium-in-curved-space", "unsupported", "14", "where space bends there are no media",

@@ -8,12 +8,18 @@ from typing import NamedTuple
 import drjit as dr
 import mitsuba as mi
 
+from relume.black_holes import MOST_SPIN
 from relume.integrators.metrics.metric import SAGITTA, Geodesic, Metric
-from relume.integrators.metrics.schwarzschild import OBSERVERS, center_and_mass
+from relume.integrators.metrics.schwarzschild import (
+    LEAVING,
+    OBSERVERS,
+    PHOTON_SPHERE,
+    bend_left,
+    center_and_mass,
+)
 from relume.parameters import Range, choice, number
 
-SPIN = Range(-0.999999, 0.999999)
-"""Beyond, single precision knows no horizon."""
+SPIN = Range(-MOST_SPIN, MOST_SPIN)
 
 GAP = 1e-3
 """How close to the horizon, in its radii, light is captured: the scene's azimuth diverges there."""
@@ -63,6 +69,10 @@ class Kerr(Metric):
         self.a = mi.Float(-spin)
         self.outer, self.inner = mi.Float(1 + root), mi.Float(1 - root)
         dr.make_opaque(self.a, self.outer, self.inner)
+
+    def parameters(self) -> dict[str, object]:
+        of_mass = {"center": self.center, "mass": self.mass}
+        return of_mass | {"spin": -self.a, "observer": self.observer}
 
     # ------------------------------ coordinates ------------------------------
 
@@ -185,9 +195,9 @@ class Kerr(Metric):
         u = along / r
         sin2 = dr.maximum(1 - dr.square(u), 0)
         # As without spin, and the frame's dragging of what goes straight out.
-        bend = sin2 * (2 + u) / dr.square((1 + u) * r)
+        bend = bend_left(r, u, sin2)
         rest = bend * r * dr.sqrt(sin2) + dr.abs(self.a) / dr.square(r)
-        leaves = (u > 0) & (r > 4)
+        leaves = (u > 0) & (r > LEAVING)
         d = turned(d - bend * (x - along * d), -self.a / dr.square(r))
         return dr.normalize(d), dr.select(leaves, rest, dr.inf)
 
@@ -199,7 +209,7 @@ class Kerr(Metric):
         return self.place(x).r < (1 + GAP) * self.outer
 
     def bound(self, g: Geodesic) -> mi.Bool:
-        return self.place(mi.Vector3f(*g.y[:3])).r < 3
+        return self.place(mi.Vector3f(*g.y[:3])).r < PHOTON_SPHERE
 
 
 def turned(v: mi.Vector3f, angle: mi.Float) -> mi.Vector3f:

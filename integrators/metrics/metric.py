@@ -55,6 +55,10 @@ class Metric(ABC):
     """How many skies there are."""
 
     @abstractmethod
+    def parameters(self) -> dict[str, object]:
+        """Its parameters by name, as a scene gives them."""
+
+    @abstractmethod
     def begin(self, p: mi.Point3f, d: mi.Vector3f, side: mi.UInt32, camera: bool) -> Geodesic:
         """The geodesic from a scene point in a direction.
 

@@ -17,6 +17,9 @@ HORIZON = 2.0
 PHOTON_SPHERE = 3.0
 """Radius [M] inside which no light that is on its way in turns back."""
 
+LEAVING = 4.0
+"""Distance [M] beyond which light that goes out may be taken for its asymptote."""
+
 
 class Schwarzschild(Metric):
     r"""Light around a mass M, all lengths in units of M.
@@ -30,12 +33,15 @@ class Schwarzschild(Metric):
         props: `mi.Properties` with ``center``, ``mass`` and ``observer``.
 
     Raises:
-        ValueError: the mass is negative, or the observer unknown.
+        ValueError: the mass is not above 0, or the observer unknown.
     """
 
     def __init__(self, props: mi.Properties) -> None:
         self.center, self.mass = center_and_mass(props)
         self.observer = choice(props, "observer", OBSERVERS)
+
+    def parameters(self) -> dict[str, object]:
+        return {"center": self.center, "mass": self.mass, "observer": self.observer}
 
     def begin(self, p: mi.Point3f, d: mi.Vector3f, side: mi.UInt32, camera: bool) -> Geodesic:
         x = mi.Vector3f((p - self.center) / self.mass)
@@ -73,14 +79,13 @@ class Schwarzschild(Metric):
         return dr.normalize(mi.Vector3f(*g.y[3:]))
 
     def asymptote(self, g: Geodesic) -> tuple[mi.Vector3f, mi.Float]:
-        # The rest to first order in 1/r: the integral of 3 b³ / (b² + s²)^(5/2).
         x, v = mi.Vector3f(*g.y[:3]), self.direction(g)
         r = dr.norm(x)
         along = dr.dot(x, v)
         u = along / r
         sin2 = g.k[0] / (3 * dr.square(r) * dr.squared_norm(mi.Vector3f(*g.y[3:])))
-        bend = sin2 * (2 + u) / dr.square((1 + u) * r)
-        leaves = (u > 0) & (r > 2 * HORIZON)
+        bend = bend_left(r, u, sin2)
+        leaves = (u > 0) & (r > LEAVING)
         rest = dr.select(leaves, bend * r * dr.safe_sqrt(sin2), dr.inf)
         return dr.normalize(v - bend * (x - along * v)), rest
 
@@ -92,6 +97,19 @@ class Schwarzschild(Metric):
 
     def bound(self, g: Geodesic) -> mi.Bool:
         return dr.squared_norm(mi.Vector3f(*g.y[:3])) < PHOTON_SPHERE**2
+
+
+def bend_left(r: mi.Float, u: mi.Float, sin2: mi.Float) -> mi.Float:
+    """Deflection that is left to light that leaves, over its impact parameter [rad/M].
+
+    To first order in 1/r: the integral of 3 b³ / (b² + s²)^(5/2) over what is left of the way.
+
+    Args:
+        r: distance from the hole [M].
+        u: cosine of the angle between the direction from the hole and that of the light, above 0.
+        sin2: square of its sine.
+    """
+    return sin2 * (2 + u) / dr.square((1 + u) * r)
 
 
 def center_and_mass(props: mi.Properties) -> tuple[mi.Point3f, mi.Float]:

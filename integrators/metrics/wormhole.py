@@ -38,7 +38,7 @@ class Wormhole(Metric):
         props: `mi.Properties` with ``mouth_in``, ``mouth_out``, ``rho``, ``a`` and ``W``.
 
     Raises:
-        ValueError: the throat has no radius, or a negative length or lensing width.
+        ValueError: the throat has no radius, or no lensing width, or a negative length.
     """
 
     sides = 2
@@ -51,6 +51,10 @@ class Wormhole(Metric):
         mouths = [vector(props, "mouth_in", origin), vector(props, "mouth_out", origin)]
         self.mouths = [mi.Point3f(*mouth.tolist()) for mouth in mouths]
         dr.make_opaque(self.rho, self.a, self.M, self.mouths)
+
+    def parameters(self) -> dict[str, object]:
+        mouths = {"mouth_in": self.mouths[0], "mouth_out": self.mouths[1]}
+        return mouths | {"rho": self.rho, "a": self.a, "W": self.M * LENSING_WIDTH}
 
     def shape(self, l: mi.Float) -> tuple[mi.Float, mi.Float]:
         """The radius at l, and its slope along \\|l|."""

@@ -1,5 +1,7 @@
 """Scenes in curved space: what rays meet, how surfaces see them, skies, and the flat limit."""
 
+import re
+
 import mitsuba as mi
 import numpy as np
 import pytest
@@ -268,3 +270,21 @@ def test_in_a_picture():
 def test_bad_parameters(parameter, message):
     with pytest.raises(RuntimeError, match=message):
         mi.load_dict(curved() | parameter)
+
+
+@pytest.mark.parametrize(
+    ("metric", "given"),
+    [("kerr", {"center": [1, 2, 3], "mass": 2, "spin": 0.5, "observer": "static"}),
+     ("wormhole", {"mouth_in": [1, 2, 3], "mouth_out": [9, 8, 7], "rho": 2, "a": 3, "W": 0.25})],
+)  # fmt: skip
+def test_to_string_shows_the_values_of_the_metric(metric, given):
+    """Those that the scene gives, which the metric may keep in another form; and no others."""
+    text = str(mi.load_dict(curved(metric, **given)))
+    shown = text.partition("hide_emitters")[2].partition("geodesics_max_length")[0]
+    found = dict(re.findall(r"(\w+)=\[*([^\]=]*)\]*, ", shown))
+    assert set(found) == set(given)
+    for name, value in given.items():
+        if isinstance(value, str):
+            assert found[name] == value
+        else:
+            assert np.allclose([float(x) for x in found[name].split(",")], value)

@@ -71,7 +71,8 @@ CASES = {
     "all orders, g": (DIPOLE, -1, "g"),
     "multiple": (DIPOLE, -2, "sigma_a"),
     "normalized": (DIPOLE | {"profile": "normalized"}, -1, "sigma_s"),
-    "wrapped": ({"type": "samplescale", "response": 2.0, "nested": DIPOLE}, -2, "sigma_s"),
+    "wrapped": ({"type": "samplescale", "response": 2.0, "nested": {
+        "type": "dopplershift", "share": 0.0, "nested": DIPOLE}}, -2, "sigma_s"),
 }
 
 

@@ -1,5 +1,6 @@
 """`relume convert`: XML and Python source that give the picture of `relume render`."""
 
+import importlib
 import shutil
 import subprocess
 import sys
@@ -12,13 +13,25 @@ import pytest
 
 import relume
 from relume import translator
-from relume.convert import python_source, write_xml
+from relume.convert import KINDS, python_source, write_xml
 from relume.loading import open_session
 from relume.session import Session
+from relume.translator.scene import OWN_PLUGINS
 from relume.workbench.statistics import normal_score
 from studies import converted
 
 SPP = 400
+FOLDERS = {
+    "bsdf": "bsdfs",
+    "emitter": "emitters",
+    "integrator": "integrators",
+    "phase function": "phasefunctions",
+    "sampler": "samplers",
+    "sensor": "sensors",
+    "texture": "textures",
+}
+"""Packages of plugins by kind."""
+
 SCENES = Path(__file__).parents[2] / "scenes"
 
 EVERYTHING = """\
@@ -240,3 +253,15 @@ def test_files_of_one_name_are_kept_apart(tmp_path, room):
     assert floor.name == "object_19.ply"
     texts = [path.read_bytes() for path in meshes]
     assert len(set(texts)) == len(texts) == 2
+
+
+def test_all_plugins_are_known_with_their_kinds():
+    """The list that the translator keeps, without Mitsuba, is that of the packages."""
+    registered = {
+        plugin: kind
+        for kind, folder in FOLDERS.items()
+        for plugin in importlib.import_module(f"relume.{folder}").PLUGINS
+    }
+    assert registered == OWN_PLUGINS
+    mi.set_variant("llvm_ad_rgb")
+    assert all(hasattr(mi.ObjectType, KINDS[kind]) for kind in registered.values())

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from relume import textures  # noqa: F401  registers the plugins
-from relume.textures.accretiondisk import innermost_orbit
 from relume.textures.blackbodies import BlackBodies
 
 
@@ -38,11 +37,6 @@ def at(x, towards):
     si.wi = si.to_local(mi.Vector3f(*towards.T))
     si.t = mi.Float(np.ones(len(x)))
     return si
-
-
-def test_innermost_orbits():
-    for a, r in ((0, 6), (0.5, 4.233003), (0.9, 2.320883), (0.99, 1.454498), (-0.9, 2.320883)):
-        assert innermost_orbit(a) == pytest.approx(r, abs=1e-6)
 
 
 def test_layout():

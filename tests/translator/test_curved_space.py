@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from relume.integrators.metrics import kerr
+from relume.textures import accretiondisk
 from relume.translator import checks, curved_space, environment_maps, read_text, translate
 from relume.translator.diagnostics import SceneError
 
@@ -172,6 +174,15 @@ def test_what_a_disk_is_told(pictures):
         "outer_radius": pytest.approx(20), "hole_radius": pytest.approx(8)}  # fmt: skip
     assert (disk["shift"], disk["temperature"]) == (0.25, curved_space.HOTTEST)
     assert disk["scale"]["value"] == [1, 2, 3] and disk["quantity"] == "radiance"
+
+
+def test_the_largest_spins(pictures):
+    """Those that the language allows are below 1; the plugins take them as far as they can."""
+    for spin, taken in (("0.99999999", 0.999999), ("-0.9999999", -0.999999), ("0.9", 0.9)):
+        text = DISK + "\n" + HOLE + f"angular_momentum {spin}\n" + TEXTURES
+        assert bent(text, pictures)["spin"] == taken
+        assert [disk["spin"] for disk in disks(text, pictures)] == [taken]
+        assert taken in kerr.SPIN and taken in accretiondisk.SPIN
 
 
 def test_only_disks_of_matter_are_accretion_disks(pictures):

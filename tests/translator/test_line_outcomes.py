@@ -119,6 +119,8 @@ CASES = [
     (HOLE + "initial_condition 1\n", 2, "ignored", "give the same"),
     (HOLE + "accretion_disk 20\n", 2, "ignored", "without effect"),
     (HOLE + "angular_momentum 0.9\n", 2, "translated", "hole-poles"),
+    (HOLE + "angular_momentum -0.9999999\n", 2, "translated", "0.999999, which is taken"),
+    (HOLE + "angular_momentum 0.999999\n", 2, "translated", "hole-poles"),
     (HOLE + "angular_momentum 0\n", 2, "translated", ""),
     (HOLE + "accretion_disk_texture missing.png\n", 2, "ignored", "no disk"),
     ("BLACKHOLE 50 52 219\n", 1, "approximated", "inside the horizon"),
