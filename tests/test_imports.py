@@ -14,7 +14,7 @@ else:
 
 ROOT = Path(__file__).parents[1]
 PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "samplers", "sensors", "textures"}
-BASE = {"dome_maps", "parameters", "registration"}
+BASE = {"dome_maps", "hashes", "parameters", "registration"}
 """Modules that plugins build on and that know none of the rest; `dome_maps` serves the translator,
 too: it is formulas alone, and takes no Mitsuba to import."""
 FORBIDDEN = {package: {"application", "translator"} for package in PLUGINS} | {
