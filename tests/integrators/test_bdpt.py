@@ -91,6 +91,40 @@ def test_each_way_alone_finds_the_same_light(chance, level):
     chance.equal(mean(integrator(**depth)), reference, precision=0.02, of=5)
 
 
+DOWN = {"direction": [0, -1, 0]}
+WITHOUT_SIZE = {
+    "falloffspot": DOWN | {"position": [0, 1, 0], "cutoff_angle": 25, "intensity": grey(9.0)},
+    "spot": {"cutoff_angle": 25, "intensity": grey(9.0)},
+    "parallelbeam": DOWN | {"origin": [-0.7, 1, -0.7], "edge_u": [1.4, 0, 0],
+                            "edge_v": [0, 0, 1.4]},
+    "domesun": DOWN | {"radius": 2.5},
+    "directional": DOWN,
+}  # fmt: skip
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("kind", WITHOUT_SIZE)
+def test_light_tracing_alone_is_exact(kind, chance, level):
+    """The mean of a picture of all the floor below a lamp without size, by light tracing alone and
+    by emitter sampling; a spot whose light is looked for on all sides would have 20 times the
+    noise of this."""
+    d = open_corner()
+    del d["wall"]
+    d["sensor"] |= {
+        "fov": 30, "to_world": mi.ScalarTransform4f().look_at([0, 4, 0], [0, -1.5, 0], [0, 0, 1])
+    }  # fmt: skip
+    lamp = {"type": kind} | WITHOUT_SIZE[kind]
+    if kind == "spot":
+        lamp["to_world"] = mi.ScalarTransform4f().look_at([0, 1, 0], [0, -1, 0], [0, 0, 1])
+    scene = mi.load_dict(d | {"lamp": lamp})
+    depth = {"min_depth": 2, "max_depth": 2}
+    a, b = (
+        level(chance.runs(scene, 1024, 8, integrator=integrator(only=w, **depth)).mean((1, 2, 3)))
+        for w in ((2, 1), (1, 2))
+    )
+    chance.equal(a, b, precision=0.003)
+
+
 @pytest.mark.false_alarms(1e-3)
 def test_closed_room_that_shines(chance, level):
     """1 + a + ... = 1 / (1 - a), with lamps everywhere and most ways at work."""
