@@ -108,7 +108,7 @@ ABOVE = {
 @pytest.mark.parametrize("kind", ABOVE)
 def test_light_tracing_alone_is_exact(kind, chance, level):
     """The mean of a picture of all the floor below a lamp, by light tracing alone and
-    by emitter sampling; a spot whose light is looked for on all sides would have 20 times the
+    by emitter sampling; a spot whose light is looked for on all sides had 12 times the
     noise of this."""
     d = open_corner()
     del d["wall"]

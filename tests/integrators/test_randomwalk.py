@@ -82,8 +82,7 @@ def test_white_furnace(variant, shape, bsdf, chance, level):
 
 @pytest.mark.false_alarms(1e-3)
 def test_sky_and_what_it_is_sampled_by_are_one(chance, level):
-    """The furnace to 0.2 %, where half of the light comes by emitter sampling through the medium:
-    2 % more of that make 1 %."""
+    """The furnace to 0.2 %, where light comes by emitter sampling through the medium, too."""
     made = scene(sky=SKY, fov=4.0, body=body("sphere", NULL, medium(1.0, 3)))
     pictures = chance.runs(made, 1024).mean(axis=(1, 2, 3))
     chance.equal(level(pictures), 1.0, allowed=1e-4, precision=0.002)
