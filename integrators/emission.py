@@ -64,6 +64,12 @@ def numbers(vector: Any) -> np.ndarray:
     return np.array(vector, dtype=np.float64).reshape(3)
 
 
+def class_of(emitter: Any) -> str:
+    """The name of an emitter's class; of ours, Mitsuba tells that of the base alone."""
+    own = type(emitter).__name__
+    return own if own != "Emitter" else str(emitter.class_name())
+
+
 def disk(axis: np.ndarray, radius: float) -> tuple[tuple, tuple]:
     """Two radii of the disk across an axis."""
     a = np.eye(3)[np.argmin(np.abs(axis))]
@@ -110,7 +116,7 @@ def point_row(emitter: Any) -> Row:
     it = dr.zeros(mi.Interaction3f)
     position = numbers(emitter.sample_direction(it, mi.Point2f(0.5))[0].p)
     row = Row(POINT, position=tuple(position))
-    kind = emitter.class_name()
+    kind = class_of(emitter)
     if kind == "FalloffSpot":
         row.axis, versine = tuple(numbers(emitter.direction)), float(emitter.versine_w[0])
     elif kind == "SpotLight":
@@ -128,7 +134,7 @@ def point_row(emitter: Any) -> Row:
 
 def far_row(emitter: Any, scene: mi.Scene) -> Row:
     """The row of a beam, or of light from infinity."""
-    kind = emitter.class_name()
+    kind = class_of(emitter)
     if kind == "ParallelBeam":
         u, v = numbers(emitter.edge_u), numbers(emitter.edge_v)
         axis = numbers(emitter.unit_direction)
@@ -158,7 +164,7 @@ FAR_LIGHTS = ("ParallelBeam", "DomeSun", "DirectionalEmitter")
 def row_of(emitter: Any, scene: mi.Scene) -> Row:
     """What is known of an emitter; one of kind `NONE` if it cannot emit."""
     flags = emitter.flags()
-    if emitter.is_environment() or emitter.class_name() in FAR_LIGHTS:
+    if emitter.is_environment() or class_of(emitter) in FAR_LIGHTS:
         return far_row(emitter, scene)
     if mi.has_flag(flags, mi.EmitterFlags.DeltaPosition):
         return point_row(emitter)

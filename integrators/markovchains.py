@@ -32,14 +32,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.integrators.primarysamples import (
-    MUTATIONS,
-    PathSampler,
-    hash_u32,
-    key,
-    perturb,
-    uniform,
-)
+from relume.hashes import hash_u32
+from relume.integrators.primarysamples import MUTATIONS, PathSampler, key, perturb, uniform
 from relume.integrators.uniformsamples import stratified_rows, with_film_position
 from relume.sensors.colors import LUMINANCE, absolute_luminance
 

@@ -19,6 +19,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from relume.hashes import half_hash, hash_u32
 from relume.sensors.colors import absolute_luminance
 from relume.sensors.pixelsamples import PixelFilter, PixelSample, trace_pixels
 
@@ -30,19 +31,6 @@ Key = tuple[Any, Any]
 
 Numbers = Callable[[Any], Any]
 """A row of numbers: from a dimension, ``mi.UInt32``, to the number in [0, 1), ``mi.Float``."""
-
-
-def half_hash(x: mi.UInt32) -> mi.UInt32:
-    """The first of the two rounds of `hash_u32`."""
-    x = x ^ (x >> 16)
-    x = x * 0x7FEB352D
-    return x ^ (x >> 15)
-
-
-def hash_u32(x: mi.UInt32) -> mi.UInt32:
-    """A permutation of the 32-bit integers: every bit of the result depends on every bit of `x`."""
-    x = half_hash(x) * 0x846CA68B
-    return x ^ (x >> 16)
 
 
 def key(index: mi.UInt32, seed: mi.UInt32) -> Key:

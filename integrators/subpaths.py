@@ -11,9 +11,10 @@ from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.lightstarts import Emission
 from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
 from relume.integrators.sensorconnections import PinholeOnDevice
+from relume.integrators.translucentmaterials import nested
 
 MAPS = ("BumpMap", "NormalMap")
-"""BSDFs that need derivatives of the surface."""
+"""Classes of BSDFs that need derivatives of the surface."""
 
 
 class Transport:
@@ -103,8 +104,16 @@ def past_lamps(t: Transport, si: Any, p: Any, active: Any) -> Any:
 
 
 def needs_partials(scene: mi.Scene) -> bool:
-    """Whether a BSDF of a scene may ask for derivatives of the surface."""
-    found = str([shape.bsdf() for shape in scene.shapes()])
-    return any(name in found for name in MAPS) or "Instance" in str(
-        [shape.class_name() for shape in scene.shapes()]
-    )
+    """Whether a BSDF of a scene may ask for derivatives of the surface.
+
+    True where shapes are instanced: those that are written inside an instance cannot be reached.
+    """
+    shapes = scene.shapes()
+    if any(shape.class_name() == "Instance" for shape in shapes):
+        return True
+    return any(shape.bsdf() is not None and has_map(shape.bsdf()) for shape in shapes)
+
+
+def has_map(bsdf: mi.BSDF) -> bool:
+    """Whether a BSDF, or one nested in it, moves normals; its flags do not tell."""
+    return bsdf.class_name() in MAPS or any(map(has_map, nested(bsdf, mi.BSDF)))

@@ -56,6 +56,7 @@ def rendered_passes(
                 layers.render(session)
             if not (translation.picture_notes() or bends(translation)):
                 render_reports.report_emptiness(session.scene, checkpoint.console)
+            render_reports.report_deep_starts(session, translation, checkpoint.console)
             with closing(session.render(to_do)) as found:
                 yield found
             for line in getattr(session.integrator, "report", list)():

@@ -55,7 +55,7 @@ from __future__ import annotations
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.primarysamples import half_hash, hash_u32
+from relume.hashes import half_hash, hash_u32
 from relume.parameters import Range, whole
 from relume.samplers import nets
 

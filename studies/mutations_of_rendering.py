@@ -5,6 +5,8 @@ from studies.mutations import of
 SURFACES, DIPOLE = "integrators/test_surfacepath.py", "integrators/test_dipole.py"
 HERO = "integrators/test_hero_wavelength.py"
 METROPOLIS, BDPT = "integrators/test_metropolis.py", "integrators/test_bdpt.py"
+WALKS, OWEN = "integrators/test_randomwalk.py", "samplers/test_owen.py"
+SKY = "test_sky_and_what_it_is_sampled_by_are_one"
 SESSION, MATERIALS = "relume/test_session.py", "translator/test_materials.py"
 
 shared = of("integrators/common.py", f"{DIPOLE}::test_emitter_hits_and_samples", DIPOLE)
@@ -15,6 +17,13 @@ frame = of("integrators/metropolis.py", f"{METROPOLIS}::test_constant_parts")
 mlt = of("integrators/pssmlt.py", f"{METROPOLIS}::test_constant_radiance")
 redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radiance")
 weights = of("integrators/misweights.py", "integrators/test_misweights.py")
+starts = of("integrators/lightstarts.py", f"{BDPT}::test_light_tracing_alone_is_exact")
+both_ends = of("integrators/bdpt.py", f"{BDPT}::test_light_tracing_alone_is_exact")
+connections = of("integrators/eyesubpaths.py", f"{BDPT}::test_closed_room_that_shines")
+walks = of("integrators/randomwalk.py", f"{WALKS}::test_white_furnace", WALKS)
+between = of("integrators/walks.py", f"{WALKS}::{SKY}")
+balls = of("integrators/spherejumps.py", "integrators/test_spherejumps.py", WALKS)
+nets = of("samplers/owen.py", OWEN)
 lamps = of("integrators/emission.py", f"{BDPT}::test_emission_is_as_dense_as_hits_have_it")
 response = of("integrators/samplescale.py", "integrators/test_samplescale.py")
 camera = of("sensors/screencamera.py", "sensors/test_screencamera.py")
@@ -161,5 +170,62 @@ RENDERING = [
         "albedo smaller by the square of the index",
         "dr.square(dr.select(meets, sample.eta, 1))",
         "dr.select(meets, 1, 1)",
+    ),
+    both_ends(
+        "light subpaths shown to the camera 2 % too bright",
+        "splats.picture() * (pixels / paths)",
+        "splats.picture() * (1.02 * pixels / paths)",
+    ),
+    connections(
+        "connections of paths from both ends 2 % too bright",
+        "value *= w * count / distance2",
+        "value *= 1.02 * w * count / distance2",
+        f"{BDPT}::test_connections_alone_are_exact",
+    ),
+    connections(
+        "lamps sampled by paths from both ends 2 % too bright",
+        "direct = lamp.f * Le * w",
+        "direct = 1.02 * lamp.f * Le * w",
+    ),
+    starts(
+        "light subpaths begin 2 % too bright",
+        "dr.select(E > 0, Le / E, 0), power)",
+        "dr.select(E > 0, 1.02 * Le / E, 0), power)",
+    ),
+    walks(
+        "scatterings of walks lose 2 % too much",
+        "dr.select(scatters, inner.albedo, 1)",
+        "dr.select(scatters, 0.98 * inner.albedo, 1)",
+    ),
+    walks(
+        "flights 2 % too long",
+        "1 - sampler.next_1d()) / sigma",
+        "1 - sampler.next_1d()) / (0.98 * sigma)",
+        f"{WALKS}::test_what_is_not_scattered_is_beers_law",
+    ),
+    walks(
+        "lamps that walks see 2 % too bright",
+        "walk.β * f * T * Le * mis, 0)",
+        "walk.β * f * T * Le * 1.02 * mis, 0)",
+        f"{WALKS}::{SKY}",
+    ),
+    walks(
+        "balls crossed 2 % too bright",
+        "survival(r * reduced, a, kappa), 1)",
+        "1.02 * survival(r * reduced, a, kappa), 1)",
+        f"{WALKS}::test_walks_of_any_length_keep_the_mean",
+    ),
+    between(
+        "lamps 2 % too bright behind media",
+        "T *= dr.select(inside, around.media",
+        "T *= dr.select(inside, 1.02 * around.media",
+    ),
+    balls("cosines at which walks leave balls 2 % too high", "m = EXTRAPOLATED", "m = 0.725"),
+    balls("balls 2 % too large", "x = kappa * (", "x = 1.02 * kappa * ("),
+    nets("numbers 2 % too small", "* 2.0**-24", "* 0.98 * 2.0**-24"),
+    nets(
+        "dimensions 16 apart share the order of their points",
+        "dr.select(pair < PAIRS, self.digits, again)",
+        "self.digits",
     ),
 ]

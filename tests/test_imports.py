@@ -14,9 +14,9 @@ else:
 
 ROOT = Path(__file__).parents[1]
 PLUGINS = {"bsdfs", "emitters", "integrators", "phasefunctions", "samplers", "sensors", "textures"}
-BASE = {"black_holes", "dome_maps", "parameters", "registration"}
-"""Modules that plugins build on and that know none of the rest; the first two serve the translator,
-too: they are formulas alone, and take no Mitsuba to import."""
+BASE = {"black_holes", "dome_maps", "hashes", "parameters", "registration"}
+"""Modules that plugins build on and that know none of the rest; `black_holes` and `dome_maps` serve
+the translator, too: they are formulas alone, and take no Mitsuba to import."""
 FORBIDDEN = {package: {"application", "translator"} for package in PLUGINS} | {
     "translator": {"application", "registration", "parameters", *PLUGINS},
     **{f"relume/{name}.py": {"application", "translator", *PLUGINS} for name in sorted(BASE)},

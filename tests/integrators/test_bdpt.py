@@ -91,6 +91,62 @@ def test_each_way_alone_finds_the_same_light(chance, level):
     chance.equal(mean(integrator(**depth)), reference, precision=0.02, of=5)
 
 
+DOWN = {"direction": [0, -1, 0]}
+BRIGHT = {"type": "area", "radiance": grey(9.0)}
+ABOVE = {
+    "rectangle": {"emitter": BRIGHT},
+    "falloffspot": DOWN | {"position": [0, 1, 0], "cutoff_angle": 25, "intensity": grey(9.0)},
+    "spot": {"cutoff_angle": 25, "intensity": grey(9.0)},
+    "parallelbeam": DOWN | {"origin": [-0.7, 1, -0.7], "edge_u": [1.4, 0, 0],
+                            "edge_v": [0, 0, 1.4]},
+    "domesun": DOWN | {"radius": 2.5},
+    "directional": DOWN,
+}  # fmt: skip
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("kind", ABOVE)
+def test_light_tracing_alone_is_exact(kind, chance, level):
+    """The mean of a picture of all the floor below a lamp, by light tracing alone and
+    by emitter sampling; a spot whose light is looked for on all sides had 12 times the
+    noise of this."""
+    d = open_corner()
+    del d["wall"]
+    d["sensor"] |= {
+        "fov": 30, "to_world": mi.ScalarTransform4f().look_at([0, 4, 0], [0, -1.5, 0], [0, 0, 1])
+    }  # fmt: skip
+    lamp = {"type": kind} | ABOVE[kind]
+    if kind in ("spot", "rectangle"):
+        height = 1 if kind == "spot" else -0.7
+        down = mi.ScalarTransform4f().look_at([0, height, 0], [0, -2, 0], [0, 0, 1])
+        lamp["to_world"] = down.scale(0.5) if kind == "rectangle" else down
+    scene = mi.load_dict(d | {"lamp": lamp})
+    depth = {"min_depth": 2, "max_depth": 2}
+    spp = 4096 if kind == "rectangle" else 1024  # a quarter of the light subpaths, and all around
+    a, b = (
+        level(chance.runs(scene, spp, 8, integrator=integrator(only=w, **depth)).mean((1, 2, 3)))
+        for w in ((2, 1), (1, 2))
+    )
+    chance.equal(a, b, precision=0.003)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_connections_alone_are_exact(chance, level):
+    """Light of a spot by way of the floor on the ceiling, which is all that the camera sees: by
+    connections alone, and by emitter sampling on the floor."""
+    d = open_corner()
+    d["wall"] = panel([0, 1.5, 0], [0, -5, 0], 1.2, bsdf={"type": "diffuse"})
+    d["sensor"]["to_world"] = mi.ScalarTransform4f().look_at([0, -1.4, 0], [0, 1, 0], [0, 0, 1])
+    lamp = {"type": "falloffspot"} | ABOVE["falloffspot"]
+    scene = mi.load_dict(d | {"lamp": lamp | {"position": [0, 1.4, 0], "cutoff_angle": 20}})
+    depth = {"min_depth": 3, "max_depth": 3}
+    a, b = (
+        level(chance.runs(scene, spp, 8, integrator=integrator(only=w, **depth)).mean((1, 2, 3)))
+        for w, spp in (((2, 2), 2048), ((1, 3), 4096))
+    )
+    chance.equal(a, b, precision=0.004)
+
+
 @pytest.mark.false_alarms(1e-3)
 def test_closed_room_that_shines(chance, level):
     """1 + a + ... = 1 / (1 - a), with lamps everywhere and most ways at work."""

@@ -81,12 +81,30 @@ def test_white_furnace(variant, shape, bsdf, chance, level):
 
 
 @pytest.mark.false_alarms(1e-3)
+def test_sky_and_what_it_is_sampled_by_are_one(chance, level):
+    """The furnace to 0.2 %, where light comes by emitter sampling through the medium, too."""
+    made = scene(sky=SKY, fov=4.0, body=body("sphere", NULL, medium(1.0, 3)))
+    pictures = chance.runs(made, 1024).mean(axis=(1, 2, 3))
+    chance.equal(level(pictures), 1.0, allowed=1e-4, precision=0.002)
+
+
+@pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("scale", [100, 1e4, 1e6])
 def test_walks_of_any_length_keep_the_mean(scale, chance, level):
     """About scale^2 scatterings to the middle of a white ball and back."""
     made = scene(sky=SKY, body=body("sphere", GLASS, medium(1.0, scale)))
     pictures = chance.runs(made, 16).mean(axis=(1, 2, 3))
     chance.equal(level(pictures), 1.0, precision=0.02)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_what_is_not_scattered_is_beers_law(chance, level):
+    """Of a sky of 1 through two units of media that scatter, in each channel; flights 2 % too long
+    make 2 to 6 % of that."""
+    sigma_t = np.array([0.5, 1.5, 1.0])
+    made = scene(fov=0.2, depth=1, sky=SKY, body=body("sphere", NULL, medium(0.5, sigma_t)))
+    pictures = chance.runs(made, 1024).mean(axis=(1, 2))
+    chance.equal(level(pictures), np.exp(-2 * sigma_t), allowed=1e-3, precision=0.006)
 
 
 # ------------------------------ dense media ------------------------------

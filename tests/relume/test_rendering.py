@@ -69,6 +69,24 @@ def test_a_camera_that_nothing_is_before_is_told(room, here, console, target, to
     assert (NOTHING_SEEN.text in console.export_text()) == told
 
 
+FULL = "OBJECT\nsphere 0 0 14 1\ncolor 1 1 1\nreflection reflection\n" + (
+    "reflection Subsurface_Scattering\nBSSRDF\n0\nSCATTERING\n0\n{s} {s} {s}\n"
+    "ABSORBING\n0\n{a} {a} {a}\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "s", "a", "told"),
+    [("volpathmis", 900, 100, True), ("volpath", 900, 100, True), ("volpathmis", 1000, 0, False),
+     ("volpathmis", 9, 1, False), (None, 900, 100, False)],
+)  # fmt: skip
+def test_walks_that_begin_deep_inside_are_told(room, here, console, integrator, s, a, told):
+    """Mitsuba starts rays 0.0014 off the surface of a ball at 15: 1.4 mean free paths of 1/1000."""
+    path = room(objects=FULL.format(s=s, a=a), width=4, height=3, spp=1)
+    render_file(path, out="a.exr", console=console, integrator=integrator)
+    assert ("begins walks up to 1.4 mean free paths inside" in console.export_text()) == told
+
+
 LAMP = "OBJECT\nuvplane -1 {y} -1\nU 2 0 0\nV 0 0 -2\nemission 9 9 9\n{more}\n"
 CLOSED = "OBJECT\nsphere 0 0 14 2\ncolor 1 1 1\nreflection diffuse\n"
 

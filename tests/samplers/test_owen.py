@@ -81,6 +81,15 @@ def test_no_mean_is_biased_and_the_variance_falls_faster(chance, level):
         assert found.var() / SPP / means.var() > gain
 
 
+def test_dimensions_16_apart_are_not_the_same_points():
+    """Of 64 boxes of 1/8 by 1/8 as many have a point as of independent numbers, 64 (1 - 1/e) = 40;
+    in the same order there are 8."""
+    numbers = (drawn(seeded(), (2,) * 9) * 8).astype(int)
+    for first in (0, 1):
+        boxes = 8 * numbers[..., first] + numbers[..., 16 + first]
+        assert np.mean([len(set(pixel)) for pixel in boxes]) > 32
+
+
 def test_passes_go_on_with_the_sequences():
     """Points 0 ... 15 and 16 ... 63 of `start`, `advance` and `seed` are the same numbers."""
     whole = drawn(seeded(7))
