@@ -4,8 +4,7 @@
     python -m studies corpus compare FOLDER --asset-path FOLDER
 
 Charts are timed: nothing else should run. With `--only cornell` and `--keep folder` one scene after
-the other can be measured; the last call makes the overview of all. Meshes that are not at hand are
-replaced by stand-ins (see `stand_ins.py`).
+the other can be measured; the last call makes the overview of all. Missing files have stand-ins.
 """
 
 import os
@@ -15,11 +14,11 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-import relume
-from relume.translator.assets import Assets
+from relume.loading import translated
+from relume.options import RenderOptions
 from relume.workbench import chart_files, chart_table, charting, comparing
 from relume.workbench.compare_page import page, write_assets
-from studies import DOCS, stand_ins
+from studies import DOCS
 
 SCENES = {
     "cornell": "CornellBox",
@@ -57,19 +56,16 @@ def scene_folder(given):
         os.chdir(folder)
         try:
             for name in SCENES:
-                found = Assets(relume.read(f"{name}.txt", {}), ["assets"]).found
-                missing = [wanted for wanted, path in found.items() if path is None]
-                remarks[name] = [stand_ins.make(wanted, "stand-ins") for wanted in missing]
-            Path("stand-ins").mkdir(exist_ok=True)
+                missing = translated(Path(f"{name}.txt"), scene_options(given)).stand_ins
+                remarks[name] = [f"stand-ins for {', '.join(missing)}"] if missing else []
             yield remarks
         finally:
             os.chdir(before)
 
 
-def scene_options(given, name, remarks):
-    """What the command gets besides the scene."""
-    folders = ("assets", "stand-ins") if remarks[name] else ("assets",)
-    return {"size": SIZES[given.command], "asset_path": folders}
+def scene_options(given):
+    """How the commands get the scenes."""
+    return RenderOptions(size=SIZES[given.command], asset_path=("assets",), stand_ins=True)
 
 
 def kept(given, name, measure):
@@ -92,7 +88,7 @@ def study_charts(given, remarks):
             given,
             name,
             lambda file, name=name: charting.chart(
-                file, seconds=given.seconds, **scene_options(given, name, remarks)
+                file, seconds=given.seconds, options=scene_options(given)
             ),
         )
         if made:
@@ -121,7 +117,7 @@ def study_compare(given, remarks):
             given,
             name,
             lambda file, name=name: comparing.compare(
-                file, spp=given.spp, **scene_options(given, name, remarks)
+                file, spp=given.spp, options=scene_options(given)
             ),
         )
         if not found:

@@ -1,34 +1,40 @@
-"""Contact sheets of a folder of scene files: docs/gallery/lights.png and materials.png.
+"""Contact sheets of a folder of scene files: docs/gallery/lights.png, materials.png and media.png.
 
     python -m studies gallery FOLDER --asset-path FOLDER [--spp 256]
 
-Scenes with lamps of special kinds, surroundings or next event estimation are on the first sheet,
-the other scenes with materials, textures or meshes on the second. What needs a medium, subsurface
-scattering or gravity to be itself is left out, except lamps in a medium. Missing meshes and
-pictures are replaced by stand-ins (see `stand_ins.py`); the list of scenes,
-docs/gallery/README.md, says where.
+The scenes are rendered as `relume render FOLDER --stand-ins` does, into the folder that `--renders`
+names; a call that was interrupted goes on there. Scenes with media or subsurface scattering are on
+the third sheet, those with lamps of special kinds, surroundings or next event estimation on the
+first, all others on the second. Scenes with holes have a sheet of their own (`gravity.py`).
 """
 
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
+from rich.console import Console
 
 import relume
-from relume import translator
-from relume.loading import resized
-from relume.translator.assets import Assets
+from relume import developing, metadata
+from relume.folders import render_folder
+from relume.options import RenderOptions
+from relume.rendering import PassOptions
+from relume.tone import AUTO, Look
 from relume.translator.diagnostics import SceneError
 from relume.translator.shapes import Disk, InfinityLight, MeshFile, Plane, Sphere, UVPlane
-from studies import DOCS, stand_ins
+from studies import DOCS
 
 FOLDER = DOCS / "gallery"
 SIZE = (160, 120)
 COLUMNS = 6
 CAPTION = 13
-SHEETS = {"lights": "Lights and surroundings", "materials": "Materials, textures and meshes"}
+SHEETS = {
+    "lights": "Lights and surroundings",
+    "materials": "Materials, textures and meshes",
+    "media": "Media and subsurface scattering",
+}
+LETTERS = {"lights": "L", "materials": "M", "media": "S"}
 
 
 def add_arguments(parser):
@@ -36,29 +42,22 @@ def add_arguments(parser):
     parser.add_argument("--asset-path", type=Path, action="append", default=[])
     parser.add_argument("--spp", type=int, default=256, help="samples of a pixel")
     parser.add_argument("--out", type=Path, default=FOLDER)
+    parser.add_argument("--renders", type=Path, default=Path("out/gallery"))
     parser.add_argument("--only", default="", help="part of the names of the scenes to show")
 
 
 def sheet(document):
     """Name of the sheet that a scene belongs on, or None."""
-    objects = document.objects
-    if document.gravity or any(b.reflection.subsurface for b in objects):
+    if document.gravity:
         return None
+    objects = document.objects
+    if document.participating_media or any(b.reflection.subsurface for b in objects):
+        return "media"
     if any(map(special_lamp, objects)) or any(document.background):
         return "lights"
-    if document.participating_media:
-        return None
     if document.next_event_estimation or any(b.texture and any(b.emission) for b in objects):
         return "lights"
-    plain = (None, "diffuse")
-    special = any(
-        b.reflection.kind not in plain or b.texture or b.bump_texture or is_mesh(b) for b in objects
-    )
-    return "materials" if special else None
-
-
-def is_mesh(block):
-    return isinstance(block.shape, MeshFile)
+    return "materials"
 
 
 def special_lamp(block):
@@ -77,28 +76,18 @@ class Tile:
     remarks: list = field(default_factory=list)
 
 
-def tile(path, document, asset_path, spp):
-    """Render a scene; missing files are made first."""
-    remarks, missing = [], []
-    with tempfile.TemporaryDirectory() as folder:
-        found = Assets(document, asset_path).found
-        for name in (name for name, file in found.items() if file is None):
-            made = stand_ins.make(name, Path(folder))
-            (remarks if made else missing).append(made or name)
-        if missing:
-            return Tile(path.stem, None, ["not shown, missing: " + ", ".join(missing)])
-        folders = [*asset_path, folder]
-        document = resized(document, SIZE, spp)
-        translation = translator.translate(document, asset_path=folders)
-        lines = translation.document.lines.all
-        remarks += sorted({r.note.split("; ")[-1] for r in lines if r.outcome == "unsupported"})
-        picture = relume.render(document, asset_path=folders)
-    if document.output.lower().endswith(".hdr"):
-        bright = np.quantile(picture.mean(axis=2), 0.8)
-        factor = 0.6 / bright if bright > 0 else 1.0
-        remarks.append(f"exposure x {factor:.2g}")
-        picture = picture * factor
-    return Tile(path.stem, np.clip(picture, 0, 1) ** (1 / 2.2), remarks)
+def tile(row, renders):
+    """A scene that was rendered; those whose own picture is linear get an exposure."""
+    if row.error:
+        return Tile(row.scene.stem, None, [row.error])
+    found = developing.read(renders / row.linear)
+    linear = relume.read(row.scene, {}).output.lower().endswith(".hdr")
+    look = Look(AUTO if linear else 0.0)
+    comment = found.facts.get(metadata.COMMENT, "")
+    remarks = [comment.split(": ", 1)[1]] if comment else []
+    remarks += [loss.split(": ", 1)[1] for loss in row.losses if loss.startswith("unsupported")]
+    remarks += [look.described(found.image)] if linear else []
+    return Tile(row.scene.stem, np.clip(look.applied(found.image), 0, 1) ** (1 / 2.2), remarks)
 
 
 def contact_sheet(tiles, letter):
@@ -127,40 +116,51 @@ def listing(sheets, spp):
         "",
         "    make study-gallery CORPUS=folder ASSETS=folder",
         "",
-        "Scenes whose output is `.hdr` are exposed so that four fifths of the picture are below",
-        "0.6. Meshes and pictures that are not at hand are replaced by stand-ins.",
+        "They are rendered as `relume render FOLDER --stand-ins` does. Scenes whose output is",
+        "`.hdr` have the exposure of `--exposure auto`. Stand-ins are named in the remarks.",
     ]
     for name, tiles in sheets.items():
         lines += ["", f"## {SHEETS[name]}", "", f"![{name}]({name}.png)", ""]
         lines += ["| | scene | remarks |", "|---|---|---|"]
         shown = [t for t in tiles if t.picture is not None]
         for index, t in enumerate(shown):
-            lines.append(f"| {name[0].upper()}{index + 1} | {t.name} | {'; '.join(t.remarks)} |")
+            lines.append(f"| {LETTERS[name]}{index + 1} | {t.name} | {'; '.join(t.remarks)} |")
         for t in tiles:
             if t.picture is None:
                 lines.append(f"| - | {t.name} | {'; '.join(t.remarks)} |")
     return "\n".join(lines) + "\n"
 
 
-def run(given):
-    sheets = {name: [] for name in SHEETS}
-    for path in sorted(given.corpus.rglob("*.txt")):
-        if given.only not in path.name:
-            continue
+def sheets(corpus, only):
+    """Scene files by sheet, of which those that cannot be read are told."""
+    found = {name: [] for name in SHEETS}
+    for path in sorted(corpus.rglob("*.txt")):
         try:
-            document = relume.read(path, {})
-            name = sheet(document)
-            if name:
-                print(name, path.stem, flush=True)
-                sheets[name].append(tile(path, document, given.asset_path, given.spp))
+            name = sheet(relume.read(path, {})) if only in path.name else None
         except SceneError as error:
             print(f"{path.stem}: {error}", flush=True)
-    given.out.mkdir(parents=True, exist_ok=True)
-    for name, tiles in sheets.items():
-        shown = [t for t in tiles if t.picture is not None]
-        if shown:
-            file = given.out / f"{name}.png"
-            contact_sheet(shown, name[0].upper()).save(file, optimize=True)
-            print(f"{file.name}: {len(shown)} scenes, {file.stat().st_size // 1000} kB")
-    (given.out / "README.md").write_text(listing(sheets, given.spp), encoding="utf-8")
+            continue
+        if name:
+            found[name].append(path)
+    return found
 
+
+def run(given):
+    options = RenderOptions(
+        size=SIZE, spp=given.spp, asset_path=tuple(given.asset_path), stand_ins=True
+    )
+    tiles = {}
+    for name, paths in sheets(given.corpus, given.only).items():
+        renders = given.renders / name
+        renders.mkdir(parents=True, exist_ok=True)
+        rows = render_folder(
+            paths, renders, options, passes=PassOptions(resume=True), console=Console()
+        )
+        tiles[name] = [tile(row, renders) for row in rows]
+        shown = [t for t in tiles[name] if t.picture is not None]
+        if shown and not given.only:
+            file = given.out / f"{name}.png"
+            contact_sheet(shown, LETTERS[name]).save(file, optimize=True)
+            print(f"{file.name}: {len(shown)} scenes, {file.stat().st_size // 1000} kB")
+    if not given.only:
+        (given.out / "README.md").write_text(listing(tiles, given.spp), encoding="utf-8")
