@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
-from relume import fingerprint, metadata, output
+from relume import developing, fingerprint, metadata, output
 from relume.checking import files_below
 from relume.contact_sheet import write_sheet
 from relume.denoising import MARK, marked
-from relume.developing import develop
 from relume.loading import translated_with_inputs, usable_variant
 from relume.options import RenderOptions
 from relume.passes import PassPlan
+from relume.render_reports import report_look
 from relume.rendering import (
     PLAIN_PICTURE,
     PassOptions,
@@ -129,7 +129,7 @@ def render_folder(
             console.print(at, highlight=False)
             row = None
             if passes.resume:
-                row = finished(scene, folder, name, options, passes, picture, times)
+                row = finished(scene, folder, name, options, passes, picture, times, console)
             if row is None:
                 row = rendered(scene, folder, name, options, passes, picture, console, **settings)
             rows.append(row)
@@ -207,7 +207,7 @@ def rendered(
         found = render_scene(
             scene, options, out=picture, passes=passes, picture=linear, console=console, **settings
         )
-        show(folder, name, wishes)
+        show(folder, name, wishes, console)
     except READABLE as error:
         return Row(scene, name, error=str(error), seconds=time.perf_counter() - start)
     except Exception as error:  # a defect of ours in one scene is no reason to leave out the others
@@ -225,11 +225,13 @@ def rendered(
     )
 
 
-def show(folder: Path, name: str, wishes: PictureOptions) -> None:
-    """Develop the pictures of a scene."""
-    develop(folder / f"{name}.exr", folder / f"{name}.png", wishes.look)
-    if wishes.denoise:
-        develop(folder / f"{name}{MARK}.exr", folder / f"{name}{MARK}.png", wishes.look)
+def show(folder: Path, name: str, wishes: PictureOptions, console: Console) -> None:
+    """Develop the pictures of a scene, and say which exposure would show it."""
+    for stem in (name, f"{name}{MARK}") if wishes.denoise else (name,):
+        source = folder / f"{stem}.exr"
+        found = developing.read(source)
+        written = developing.write(found, source, folder / f"{stem}.png", wishes.look)
+    report_look(written, found.image, wishes.look, developing.gamma_of(found), console)
 
 
 def passes_of(picture: Path) -> Path:
@@ -245,6 +247,7 @@ def finished(
     passes: PassOptions,
     wishes: PictureOptions,
     times: dict[str, float],
+    console: Console,
 ) -> Row | None:
     """The row of a scene whose picture is there already; None if it is not, or is another one."""
     picture = folder / f"{name}.exr"
@@ -266,7 +269,7 @@ def finished(
     enough = spp >= planned.spp if passes.noise is None else noise <= passes.noise
     if not enough or any(fingerprint.differences(there, header.render)):
         return None
-    show(folder, name, wishes)
+    show(folder, name, wishes, console)
     return Row(
         scene,
         name,

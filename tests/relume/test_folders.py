@@ -109,6 +109,16 @@ def test_resumed_renders_go_on_with_their_passes(scenes, monkeypatch):
     assert Path("whole.exr").read_bytes() == Path("out/a room.exr").read_bytes()
 
 
+def test_an_exposure_that_would_show_a_dark_scene_is_told_also_of_pictures_that_are_kept(scenes):
+    dark = (scenes / "a room.txt").read_text()
+    dark = dark.replace("emission 6 5 4", "emission .006 .005 .004")
+    (scenes / "a room.txt").write_text(dark.replace("0.4 0.5 0.7", "0.0004 0.0005 0.0007"))
+    for again in ((), ("--resume",)):
+        result = run(scenes, "-o", "out", *SMALL, *again)
+        lines = [line for line in result.stderr.splitlines() if "would show it" in line]
+        assert len(lines) == 1 and lines[0].startswith("nearly black"), result.stderr
+
+
 def test_looks_times_and_noise_of_pictures_that_are_kept(scenes):
     words = ("in/below", "-o", "out", "--size", "16x12", "--exposure", 2)
     result = run(*words, "--spp", 2)
