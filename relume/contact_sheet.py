@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -119,23 +120,49 @@ def sheet(rows: Sequence[Row], folder: Path) -> Image.Image:
         x, y = index % columns * width + GAP, index // columns * height + GAP
         if row.error:
             lines = textwrap.wrap(row.error.replace("\n", " "), 38)[:9]
-            draw.multiline_text((x, y), "\n".join(lines), FAULT, font(11))
+            draw.multiline_text((x, y), "\n".join(lines), FAULT, font(11, row.error))
         else:
             with Image.open(folder / row.picture) as picture:
                 fitted = ImageOps.contain(picture.convert("RGB"), THUMBNAIL)
                 paper.paste(fitted, (x, y + THUMBNAIL[1] - fitted.height))
-        draw.text((x, y + THUMBNAIL[1] + 2), _fitting(row.name, 34), INK, font(12))
+        name = _fitting(row.name, 34)
+        draw.text((x, y + THUMBNAIL[1] + 2), name, INK, font(12, name))
         below = " · ".join(facts(row).split(" · ")[1:]) or "no picture"
         draw.text((x, y + THUMBNAIL[1] + 18), below, FAINT, font(10))
     return paper
 
 
-def font(size: int) -> Any:
-    """The font of the charts at a size in pixels."""
-    from matplotlib.font_manager import FontProperties, findfont
+def font(size: int, text: str = "") -> Any:
+    """A font at a size in pixels: that of the charts, or one that has the characters of `text`."""
     from PIL import ImageFont
 
-    return ImageFont.truetype(findfont(FontProperties(family="DejaVu Sans")), size)
+    return ImageFont.truetype(font_file(frozenset(map(ord, text))), size)
+
+
+@functools.cache
+def font_file(characters: Collection[int]) -> str:
+    """File of the charts' font, or where that lacks characters, of an installed one with most."""
+    from matplotlib import font_manager
+
+    charts = font_manager.findfont(font_manager.FontProperties(family="DejaVu Sans"))
+    if not (best := _lacking(charts, characters)):
+        return charts
+    found = charts
+    for path in sorted(font_manager.findSystemFonts()):
+        if (lacking := _lacking(path, characters)) < best:
+            found, best = path, lacking
+    return found
+
+
+def _lacking(path: str, characters: Collection[int]) -> int:
+    """How many of the characters a font lacks; one that cannot be read lacks all."""
+    from matplotlib.ft2font import FT2Font
+
+    try:
+        has = FT2Font(path).get_charmap()
+    except (RuntimeError, OSError):
+        return len(characters)
+    return sum(code not in has for code in characters)
 
 
 def _fitting(text: str, length: int) -> str:

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from relume import folders, metadata, noise, passes, running
+from relume import contact_sheet, folders, metadata, noise, passes, running
 from relume.cli import main
 
 SMALL = ("--size", "16x12", "--spp", "2")
@@ -186,3 +186,15 @@ def test_pictures_and_pages_of_others_are_kept(scenes):
 @pytest.mark.parametrize("words", [(), ("-o", "a.png"), ("-o", "out", "--passes", "0:1")])
 def test_several_scenes_need_a_folder(scenes, words):
     assert run(scenes, *words).exit_code == 2
+
+
+def test_names_are_written_in_an_installed_font_that_has_their_characters(monkeypatch):
+    charts = contact_sheet.font_file(frozenset(map(ord, "Ωмír 1")))
+    assert Path(charts).name == "DejaVuSans.ttf"
+    # A character for private use, which among the fonts of matplotlib one alone has.
+    monkeypatch.setattr(
+        "matplotlib.font_manager.findSystemFonts",
+        lambda: [str(path) for path in Path(charts).parent.glob("STIX*.ttf")],
+    )
+    found = contact_sheet.font_file(frozenset(map(ord, "room \ue001")))
+    assert Path(found).name == "STIXNonUni.ttf"
