@@ -149,6 +149,8 @@ def font_file(characters: Collection[int]) -> str:
         return charts
     found = charts
     for path in sorted(font_manager.findSystemFonts()):
+        if "lastresort" in path.casefold():  # it has a box for every character
+            continue
         if (lacking := _lacking(path, characters)) < best:
             found, best = path, lacking
     return found

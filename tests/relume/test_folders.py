@@ -194,7 +194,7 @@ def test_names_are_written_in_an_installed_font_that_has_their_characters(monkey
     # A character for private use, which among the fonts of matplotlib one alone has.
     monkeypatch.setattr(
         "matplotlib.font_manager.findSystemFonts",
-        lambda: [str(path) for path in Path(charts).parent.glob("STIX*.ttf")],
+        lambda: [str(path) for path in Path(charts).parent.glob("*.ttf")],
     )
-    found = contact_sheet.font_file(frozenset(map(ord, "room \ue001")))
+    found = contact_sheet.font_file(frozenset(map(ord, "\ue001")))
     assert Path(found).name == "STIXNonUni.ttf"
