@@ -83,6 +83,7 @@ Connection and Merging", Saarland University 2012.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
@@ -94,11 +95,12 @@ from relume.integrators.eyesubpaths import trace_eye
 from relume.integrators.lightstarts import Emission
 from relume.integrators.lightsubpaths import trace_light
 from relume.integrators.lightvertices import LightCache, LightVertices
+from relume.integrators.merging import LightGrid, pixel_width, radius_of
 from relume.integrators.metropolis import fill
 from relume.integrators.sensorconnections import Pinhole
 from relume.integrators.splats import SplatFilm
 from relume.integrators.subpaths import Transport
-from relume.parameters import Range, flag, whole
+from relume.parameters import NOT_NEGATIVE, Range, flag, number, whole
 from relume.sensors.colors import linear_rgb
 
 LIGHT_PATHS, LIGHT_PATHS_OF_POINTS = 0.25, 1.0
@@ -122,6 +124,21 @@ PILOT = 2**12
 NO_GRADIENTS = "bdpt has no derivatives: differentiate by surfacepath, or by prb"
 
 
+@dataclass(frozen=True)
+class Pilot:
+    """What a few light subpaths tell.
+
+    Attributes:
+        vertices: mean number that one has, a power of two.
+        shown: mean luminance that one shows to the camera.
+        radius: in which vertices are merged by the first launch, 0 for none.
+    """
+
+    vertices: float
+    shown: float
+    radius: float
+
+
 def light_paths(emission: Emission) -> float:
     """Light subpaths for each path of the camera."""
     return LIGHT_PATHS_OF_POINTS if emission.has_points else LIGHT_PATHS
@@ -136,6 +153,8 @@ def define() -> type[mi.AdjointIntegrator]:
             self.max_depth, self.rr_depth = path_depths(props)
             self.min_depth = whole(props, "min_depth", 1, Range(1))
             self.hide_emitters = flag(props, "hide_emitters", False)
+            self.merge_radius = number(props, "merge_radius", 0.0, NOT_NEGATIVE)
+            self.pass_index = 0
             self.only = None  # the one way (s, t) that tests want to see, with the weight 1
 
         def render_forward(self, *args, **kwargs):
@@ -172,24 +191,32 @@ def define() -> type[mi.AdjointIntegrator]:
             transport = Transport(scene, pinhole.prepared() if pinhole else None, self)
             pilot = self.pilot(transport, sensor)
             per_launch = max(1, SAMPLES_PER_LAUNCH // pixels)
+            before = self.pass_index * math.ceil(spp / per_launch)
             sums = np.zeros((pixels, 4))
             for launch, first in enumerate(range(0, spp, per_launch)):
                 count = min(per_launch, spp - first)
+                if transport.ν is not None:
+                    transport.radius = radius_of(pilot.radius, before + launch)
                 own = np.random.SeedSequence((seed, launch)).generate_state(2)
                 seeds = [int(x) for x in own]
                 sums += count * self.launch(transport, sensor, pilot, seeds, count)
             return sums / spp
 
         def pilot(self, transport, sensor):
-            """Mean number of vertices of a light subpath, and what it shows to the camera."""
-            transport.set_ratios(1, 1)
-            _, *found = self.light(transport, sensor, 1, PILOT, SplatFilm(sensor.film(), 1))
+            """What a few light subpaths tell: `Pilot`."""
+            transport.set_ratios(1, 1, 1)
+            vertices, *found = self.light(transport, sensor, 1, PILOT, SplatFilm(sensor.film(), 1))
             dr.eval(found)
             stored, shown, power = (x.numpy().astype(float).mean() for x in found)
             if not shown and transport.pinhole:  # as if it lit all of the scene
                 _, radius = bounding_sphere(transport.scene)
                 shown = power / float(transport.pinhole.det[0]) / radius**2
-            return 2.0 ** round(np.log2(max(stored, 0.25))), shown
+            radius = 0.0
+            if self.merge_radius > 0:
+                radius = self.merge_radius * pixel_width(sensor, vertices, found[0])
+                if not radius:  # no light is there
+                    transport.ν = None
+            return Pilot(2.0 ** round(np.log2(max(stored, 0.25))), shown, radius)
 
         def light(self, transport, sensor, seed, count, film):
             """Trace light subpaths: `LightVertices`, and what `trace_light` returns."""
@@ -219,15 +246,18 @@ def define() -> type[mi.AdjointIntegrator]:
             wanted = light_paths(transport.emission) * pixels * spp
             wanted = min(wanted, MOST_LIGHT_PATHS)
             paths = max(LEAST_LIGHT_PATHS, math.ceil(wanted / GROUPS) * GROUPS)
-            mean_vertices, scale = pilot
-            transport.set_ratios(paths / (pixels * spp), 1 / mean_vertices)
+            groups = GROUPS if mi.is_spectral else 1
+            transport.set_ratios(paths / (pixels * spp), 1 / pilot.vertices, paths / groups)
 
             # -------------------------- from the lamps --------------------------
 
-            splats = SplatFilm(film, scale)
+            splats = SplatFilm(film, pilot.shown)
             vertices, stored, *_ = self.light(transport, sensor, seeds[0], paths, splats)
             dr.eval(stored, vertices.numbers, splats.sums)
-            cache = LightCache(vertices, stored, GROUPS if mi.is_spectral else 1)
+            cache = LightCache(vertices, stored, groups)
+            grid = None
+            if transport.ν is not None:
+                grid = LightGrid(vertices, stored, cache.slots, groups, transport.radius)
 
             # -------------------------- from the camera --------------------------
 
@@ -251,7 +281,7 @@ def define() -> type[mi.AdjointIntegrator]:
                 group = (group + mi.sample_tea_32(pixel, seed)[0]) % GROUPS
                 u = self.wavelength_sample(group, seeds[0])
             ray, weight = sensor.sample_ray_differential(sensor.shutter_open(), u, position, lens)
-            L, seen = trace_eye(transport, sampler, ray, cache, group)
+            L, seen = trace_eye(transport, sampler, ray, cache, grid, group)
             color = linear_rgb(L * weight * sign, ray.wavelengths)
             channels = [mi.Float64(x) for x in (*color, dr.select(seen, sign, 0))]
             channels = [x + dr.zeros(mi.Float64, pixels * spp) for x in channels]
@@ -263,7 +293,8 @@ def define() -> type[mi.AdjointIntegrator]:
         def to_string(self):
             return (
                 f"BDPT[min_depth={self.min_depth}, max_depth={self.max_depth}, "
-                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}]"
+                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}, "
+                f"merge_radius={self.merge_radius}]"
             )
 
     return BDPT
