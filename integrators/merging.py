@@ -47,9 +47,8 @@ def pixel_width(sensor: mi.Sensor, vertices: LightVertices, stored: mi.UInt32) -
     Returns:
         The width at their median distance; 0 if there are none.
     """
-    width, height = (int(x) for x in sensor.film().crop_size())
-    middle = np.array([0.5, 0.5])
-    o, d, _ = sensor_rays(sensor, np.stack([middle, middle + [1 / width, 0]]))
+    next_pixel = 0.5 + 1 / int(sensor.film().crop_size()[0])
+    o, d, _ = sensor_rays(sensor, np.array([[0.5, 0.5], [next_pixel, 0.5]]))
     numbers = vertices.numbers.numpy().reshape(-1, SLOTS, vertices.rows, 4)
     kept = np.arange(SLOTS) < stored.numpy()[:, None]
     p = numbers[..., 0, :3][kept].astype(float)

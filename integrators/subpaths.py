@@ -57,7 +57,8 @@ class Transport:
         """Set `r`, `κ` and, where vertices are merged, `ν`.
 
         Args:
-            r, κ: as above.
+            r: light subpaths for each path of the camera.
+            κ: connections of a vertex with each light subpath.
             paths: light subpaths of the same wavelengths.
         """
         self.r, self.κ = dr.opaque(mi.Float, r), dr.opaque(mi.Float, κ)
