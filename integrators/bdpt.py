@@ -131,12 +131,12 @@ class Pilot:
     Attributes:
         vertices: mean number that one has, a power of two.
         shown: mean luminance that one shows to the camera.
-        radius: in which vertices are merged by the first launch, 0 for none.
+        pixel: width that one sees at their vertices, 0 where none are merged.
     """
 
     vertices: float
     shown: float
-    radius: float
+    pixel: float
 
 
 def light_paths(emission: Emission) -> float:
@@ -195,11 +195,10 @@ def define() -> type[mi.AdjointIntegrator]:
             sums = np.zeros((pixels, 4))
             for launch, first in enumerate(range(0, spp, per_launch)):
                 count = min(per_launch, spp - first)
-                if transport.ν is not None:
-                    transport.radius = radius_of(pilot.radius, before + launch)
+                radius = radius_of(self.merge_radius, before + launch)
                 own = np.random.SeedSequence((seed, launch)).generate_state(2)
                 seeds = [int(x) for x in own]
-                sums += count * self.launch(transport, sensor, pilot, seeds, count)
+                sums += count * self.launch(transport, sensor, pilot, seeds, count, radius)
             return sums / spp
 
         def pilot(self, transport, sensor):
@@ -211,12 +210,10 @@ def define() -> type[mi.AdjointIntegrator]:
             if not shown and transport.pinhole:  # as if it lit all of the scene
                 _, radius = bounding_sphere(transport.scene)
                 shown = power / float(transport.pinhole.det[0]) / radius**2
-            radius = 0.0
-            if self.merge_radius > 0:
-                radius = self.merge_radius * pixel_width(sensor, vertices, found[0])
-                if not radius:  # no light is there
-                    transport.ν = None
-            return Pilot(2.0 ** round(np.log2(max(stored, 0.25))), shown, radius)
+            width = pixel_width(sensor, vertices, found[0]) if transport.ν is not None else 0.0
+            if not width:  # no light is there
+                transport.ν = None
+            return Pilot(2.0 ** round(np.log2(max(stored, 0.25))), shown, width)
 
         def light(self, transport, sensor, seed, count, film):
             """Trace light subpaths: `LightVertices`, and what `trace_light` returns."""
@@ -238,8 +235,11 @@ def define() -> type[mi.AdjointIntegrator]:
             shift = np.random.default_rng(seed).random()
             return (mi.Float(group) + dr.opaque(mi.Float, shift)) / GROUPS
 
-        def launch(self, transport, sensor, pilot, seeds, spp):
-            """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4)."""
+        def launch(self, transport, sensor, pilot, seeds, spp, radius):
+            """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4).
+
+            Vertices are merged in a radius in pixels.
+            """
             film = sensor.film()
             width, height = (int(x) for x in film.crop_size())
             pixels = width * height
@@ -247,7 +247,10 @@ def define() -> type[mi.AdjointIntegrator]:
             wanted = min(wanted, MOST_LIGHT_PATHS)
             paths = max(LEAST_LIGHT_PATHS, math.ceil(wanted / GROUPS) * GROUPS)
             groups = GROUPS if mi.is_spectral else 1
-            transport.set_ratios(paths / (pixels * spp), 1 / pilot.vertices, paths / groups)
+            # Samples of a pixel that merge with the same light vertices count as one.
+            sharing = max(1, math.pi * radius**2 * spp / groups)
+            disks = paths / groups * math.pi * (radius * pilot.pixel) ** 2
+            transport.set_ratios(paths / (pixels * spp), 1 / pilot.vertices, disks / sharing)
 
             # -------------------------- from the lamps --------------------------
 
@@ -257,7 +260,7 @@ def define() -> type[mi.AdjointIntegrator]:
             cache = LightCache(vertices, stored, groups)
             grid = None
             if transport.ν is not None:
-                grid = LightGrid(vertices, stored, cache.slots, groups, transport.radius)
+                grid = LightGrid(vertices, stored, cache.slots, groups, radius * pilot.pixel)
 
             # -------------------------- from the camera --------------------------
 

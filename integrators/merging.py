@@ -7,6 +7,7 @@ a lamp by chance: its dVCM of `misweights` is 0 on both sides.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import drjit as dr
@@ -104,7 +105,9 @@ class LightGrid:
         groups: int,
         radius: float,
     ) -> None:
+        paths = vertices.paths // groups
         self.radius2 = dr.opaque(mi.Float, radius**2)
+        self.density = dr.opaque(mi.Float, 1 / (paths * math.pi * radius**2))
         self.per_cell = dr.opaque(mi.Float, 0.5 / radius)
         y = at(vertices, slots)
         filled = slots - slots // SLOTS * SLOTS < dr.gather(mi.UInt32, stored, slots // SLOTS)
@@ -116,7 +119,7 @@ class LightGrid:
         in_entry = dr.zeros(mi.UInt32, entries + 1)
         self.numbers = dr.zeros(mi.Float, 4 * ROWS * max(count, 1))
         if count:
-            group = slots // SLOTS // dr.opaque(mi.UInt32, vertices.paths // groups)
+            group = slots // SLOTS // dr.opaque(mi.UInt32, paths)
             entry = self.entry(self.cell(at(vertices, slots).si.p), group)
             dr.scatter_add(in_entry, mi.UInt32(1), entry, mode=dr.ReduceMode.Direct)
             self.store(vertices, stored, dr.gather(mi.UInt32, slots, dr.argsort(entry)))
@@ -221,4 +224,4 @@ def merged(
             value *= dr.select(parts, mi.Float(len(L)), 1)
         near &= dr.all(dr.isfinite(value))
         L = dr.select(near, L + value, L)
-    return L / t.ν
+    return L * grid.density

@@ -19,8 +19,10 @@ those of light subpaths (`g`: 1 at the first vertex of a subpath, whose dVCM alr
 other end, κ at the others).
 
 A vertex between two edges that cannot be connected may be merged with light vertices near it. That
-is another way: both subpaths have found the vertex, one of ν light subpaths an area away (ν = π
-radius² times their number). A subpath that leaves such a vertex carries ν until it knows, at its
+is another way, on which both subpaths have found the vertex: ν is the area of the disk of merges
+times the number of light subpaths, over that of the camera's that share them, which are no
+independent samples (Grittmann et al., "Correlation-Aware Multiple Importance Sampling", 2021, has
+the reason; any constant is free of bias). A subpath that leaves such a vertex carries ν until it knows, at its
 next vertex, whether that edge can be connected, in a third sum dVM.
 """
 
@@ -152,7 +154,7 @@ def of_merge(ν: mi.Float, others_y: mi.Float, others_x: mi.Float) -> mi.Float:
     """The weight of a vertex of the camera merged with a vertex of a light subpath.
 
     Args:
-        ν: light subpaths times the area of the disk in which vertices are merged.
+        ν: merges of x with each light subpath, times area.
         others_y: `other_ways` of the light subpath.
         others_x: `other_ways` of the camera's subpath.
     """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import drjit as dr
@@ -33,8 +32,7 @@ class Transport:
         partials: whether light vertices keep derivatives of the surface.
         r: light subpaths for each path of the camera.
         κ: connections of a vertex with each light subpath.
-        radius: in which vertices are merged.
-        ν: light subpaths times the area of a disk of this radius, or None where none are merged.
+        ν: merges of a vertex with each light subpath, times area; None where none are merged.
     """
 
     def __init__(self, scene: mi.Scene, pinhole: PinholeOnDevice | None, integrator: Any) -> None:
@@ -51,19 +49,18 @@ class Transport:
             self.importance.type_mask |= HERO_WAVELENGTH
         self.r = self.κ = mi.Float(1)
         self.ν = mi.Float(1) if integrator.merge_radius > 0 else None
-        self.radius = 1.0
 
-    def set_ratios(self, r: float, κ: float, paths: float) -> None:
+    def set_ratios(self, r: float, κ: float, ν: float) -> None:
         """Set `r`, `κ` and, where vertices are merged, `ν`.
 
         Args:
             r: light subpaths for each path of the camera.
             κ: connections of a vertex with each light subpath.
-            paths: light subpaths of the same wavelengths.
+            ν: merges of a vertex with each light subpath, times area.
         """
         self.r, self.κ = dr.opaque(mi.Float, r), dr.opaque(mi.Float, κ)
         if self.ν is not None:
-            self.ν = dr.opaque(mi.Float, paths * math.pi * self.radius**2)
+            self.ν = dr.opaque(mi.Float, ν)
 
     def no_merges(self) -> mi.Float | None:
         """dVM at the beginning of a subpath."""
