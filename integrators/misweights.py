@@ -21,9 +21,10 @@ other end, κ at the others).
 A vertex between two edges that cannot be connected may be merged with light vertices near it. That
 is another way, on which both subpaths have found the vertex: ν is the area of the disk of merges
 times the number of light subpaths, over that of the camera's that share them, which are no
-independent samples (Grittmann et al., "Correlation-Aware Multiple Importance Sampling", 2021, has
-the reason; any constant is free of bias). A subpath that leaves such a vertex carries ν until it knows, at its
-next vertex, whether that edge can be connected, in a third sum dVM.
+independent samples (P. Grittmann et al., "Correlation-Aware Multiple Importance Sampling for
+Bidirectional Rendering Algorithms", Computer Graphics Forum 2021). A subpath that leaves such a
+vertex carries ν in a third sum, dVM, until it knows at its next vertex whether that edge can be
+connected.
 """
 
 from __future__ import annotations
