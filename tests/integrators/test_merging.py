@@ -100,8 +100,8 @@ def test_merging_alone_is_exact(variant, sensor, chance, level):
     """Light of a spot, which nothing else finds; 2 % too much of it is found."""
     n = edges(sensor)
     made = integrator(n)
-    found = level(chance.runs(floor("spot", sensor), 1024, 6, integrator=made).mean((1, 2, 3)))
-    chance.equal(found, truth("spot", sensor, chance, level), precision=0.006)
+    found = level(chance.runs(floor("spot", sensor), 1024, 12, integrator=made).mean((1, 2, 3)))
+    chance.equal(found, truth("spot", sensor, chance, level), precision=0.004)
 
 
 @pytest.mark.false_alarms(1e-3)
@@ -122,16 +122,43 @@ def test_each_vertex_counts_once(monkeypatch):
     assert one == pytest.approx(few, rel=1e-4)
 
 
-def test_nothing_changes_where_nothing_is_hidden():
-    """Bit for bit: no light is merged, and no weight differs, where all edges can be connected."""
+def cornell(*blocks):
+    """The Cornell box with a wide lamp and two materials for its blocks."""
     d = mi.cornell_box()
-    d["sensor"]["film"] |= {"width": 8, "height": 8}
-    scene = mi.load_dict(d)
+    d["sensor"]["film"] |= {"width": 16, "height": 16, "rfilter": {"type": "box"}}
+    d["small-box"]["bsdf"], d["large-box"]["bsdf"] = blocks
+    ceiling = mi.ScalarTransform4f().translate([0, 0.99, 0]).rotate([1, 0, 0], 90).scale(0.5)
+    emitter = {"type": "area", "radiance": {"type": "rgb", "value": 8.0}}
+    d["light"] = {"type": "rectangle", "to_world": ceiling, "emitter": emitter}
+    return mi.load_dict(d)
+
+
+DIFFUSE = {"type": "diffuse"}
+
+
+@pytest.mark.parametrize(("blocks", "n"), [((DIFFUSE, DIFFUSE), 6), ((MIRROR, MIRROR), 3)])
+def test_nothing_changes_where_nothing_is_hidden(blocks, n):
+    """Bit for bit: no light is merged, and no weight differs, where an edge of each vertex can be
+    connected, as in all paths of three edges."""
     with_merging, without = (
-        np.array(mi.render(scene, spp=8, seed=2, integrator=integrator(merge_radius=r)))
-        for r in (2.0, 0.0)
+        np.array(mi.render(cornell(*blocks), spp=32, seed=2, integrator=made))
+        for made in (integrator(n, min_depth=1, merge_radius=r) for r in (2.0, 0.0))
     )
     assert np.array_equal(with_merging, without)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_is_surfacepath(chance, level):
+    """All light, part of it merged, in quarters of the picture."""
+    scene = cornell(MIRROR, {"type": "schlickglass"})
+
+    def quarters(made, spp):
+        pictures = chance.runs(scene, spp, 6, integrator=made)
+        return level(pictures.reshape(6, 2, 8, 2, 8, -1).mean(axis=(2, 4, 5)))
+
+    path = mi.load_dict({"type": "surfacepath", "max_depth": 6})
+    both = quarters(integrator(6, min_depth=1, merge_radius=0.3), 128), quarters(path, 1024)
+    chance.equal(*both, precision=0.02)
 
 
 def test_without_a_radius_there_is_no_grid(monkeypatch):
