@@ -21,6 +21,10 @@ r"""Bidirectional path tracing with a cache of light vertices (``bdpt``)
      - boolean
      - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
        and end on nothing where they would reach the environment. Default: false.
+   * - ``merge_radius``
+     - float
+     - Radius in which vertices of both ends are merged [widths of a pixel in the middle of the
+       film, at the median distance of what is lit]; 0 for none, 0.5 is a good one. Default: 0.
 
 Paths begin at the lamps and at the camera. The picture is that of ``surfacepath``, with masks,
 lamps with masks, backdrops and dispersion as there, but for one kind of light that no path of a
@@ -33,6 +37,8 @@ from the camera:
 - s, t > 1: each vertex of the camera's subpaths is connected with one vertex, drawn from a cache of
   those of all light subpaths (Davidovič et al.). There is one light subpath for four
   samples, and one for each in scenes with lamps without size.
+- With ``merge_radius``, vertices of the camera are merged with all light vertices near them, if
+  neither of their two edges can be connected.
 
 The balance heuristic weighs them by
 
@@ -43,6 +49,20 @@ The balance heuristic weighs them by
 with p the density of the path by that way, r the light subpaths for each sample, and
 :math:`\kappa` one over their mean number of vertices, of which a few thousand subpaths, always the
 same, tell the power of two. Sums of ratios of densities are carried along the subpaths (Georgiev).
+
+**Merging.** Light that mirrors or glass hide from both ends, such as a caustic seen in a mirror or
+the ground of a pool, is found by merging alone (Georgiev et al.), but for lamps that are hit by
+chance; so are caustics before cameras that are no pinhole. A vertex takes the flux of the N light
+subpaths within the radius R as arriving there,
+
+.. math::
+    L = \frac{1}{\pi R^2 N} \sum_j f\,\Phi_j\,w_j, \qquad
+    n = \frac{\pi R^2 N}{\max(1, \pi R_{px}^2\, m)}
+
+with n the samples of this way in the weights: the m samples of a pixel share light subpaths. Light
+is blurred within R, and what is merged is biased thereby. R falls with the eighth root of the
+number of launches (Knaus and Zwicker), so the mean of all passes is right in the end: who renders
+in passes sets the attribute ``pass_index``, 0 for the first.
 
 **Adjoint.** Light subpaths scatter by ``TransportMode.Importance``, without the
 :math:`(n_1/n_2)^2` that radiance has, and with the factor
@@ -62,14 +82,18 @@ depends on scene, parameters, seed and samples alone, bit for bit. Positions on
 the film are drawn from its reconstruction filter, with signs. In spectral variants a
 render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
 
-**Limits.** Caustics seen in mirrors and through glass are as hard to find as for a path tracer, and
-those of lamps without size are missing there. Light of meshes with smooth normals that shine is
-as stock emitter sampling has it.
+**Limits.** Without merging, caustics seen in mirrors and through glass are as hard to find as for a
+path tracer, and those of lamps without size are missing there. Rough glass and mirrors in front of
+caustics are left to connections. Light of meshes with smooth normals that shine is as stock emitter
+sampling has it.
 
 **Source.** E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapters 5
 and 10; T. Davidovič, J. Křivánek, M. Hašan and P. Slusallek, "Progressive Light Transport
-Simulation on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, "Implementing Vertex
-Connection and Merging", Saarland University 2012.
+Simulation on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, J. Křivánek, T. Davidovič
+and P. Slusallek, "Light Transport Simulation with Vertex Connection and Merging", ACM Transactions
+on Graphics 2012, and I. Georgiev, "Implementing Vertex Connection and Merging", Saarland University
+2012; C. Knaus and M. Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM
+Transactions on Graphics 2011.
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
 
