@@ -42,8 +42,8 @@ def lamp(kind, x, towards):
 
 
 def floor(light="wall", sensor=None, mirrors="both"):
-    """A floor lit by way of a mirror and seen by way of another one: each end is behind its mirror
-    where there is none."""
+    """A floor lit by way of a mirror and seen by way of another one ("both"): each end is behind its
+    mirror where there is none. Or ("above") both see the floor, and a mirror is above it."""
     lit, seen = mirrors == "both", mirrors == "both" and sensor is None
     x, to = (-1, -3) if seen else (-5, -3)
     camera = {
@@ -61,6 +61,10 @@ def floor(light="wall", sensor=None, mirrors="both"):
         },
         "lamp": lamp(light, 1 if lit else 5, 1 if lit else -1),
     }  # fmt: skip
+    if mirrors == "above":
+        down = mi.ScalarTransform4f().translate([0, 3, 0]).rotate([1, 0, 0], 90)
+        d["lamp"] = lamp(light, -5, 1)
+        d["above"] = {"type": "rectangle", "to_world": down.scale(3), "bsdf": MIRROR}
     if lit:
         d["by lamp"] = wall(3, -1, 2.5, bsdf=MIRROR)
     if seen:
@@ -136,14 +140,22 @@ def cornell(*blocks):
 DIFFUSE = {"type": "diffuse"}
 
 
-@pytest.mark.parametrize(("blocks", "n"), [((DIFFUSE, DIFFUSE), 6), ((MIRROR, MIRROR), 3)])
-def test_nothing_changes_where_nothing_is_hidden(blocks, n):
+HIDES_NOTHING = {
+    "no mirrors": (lambda: cornell(DIFFUSE, DIFFUSE), 6),
+    "mirrors, paths of three edges": (lambda: cornell(MIRROR, MIRROR), 3),
+    "a mirror that the camera does not see": (lambda: floor("spot", None, "above"), 4),
+}
+
+
+@pytest.mark.parametrize(("scene", "n"), HIDES_NOTHING.values(), ids=HIDES_NOTHING)
+def test_nothing_changes_where_nothing_is_hidden(scene, n):
     """Bit for bit: no light is merged, and no weight differs, where an edge of each vertex can be
-    connected, as in all paths of three edges."""
+    connected."""
     with_merging, without = (
-        np.array(mi.render(cornell(*blocks), spp=32, seed=2, integrator=made))
+        np.array(mi.render(scene(), spp=32, seed=2, integrator=made))
         for made in (integrator(n, min_depth=1, merge_radius=r) for r in (2.0, 0.0))
     )
+    assert without.any()
     assert np.array_equal(with_merging, without)
 
 
