@@ -42,7 +42,7 @@ def lamp(kind, x, towards):
 
 
 def floor(light="wall", sensor=None, mirrors="both"):
-    """A floor lit by way of a mirror and seen by way of another one ("both"); each end is behind its
+    """A floor lit by way of a mirror and seen by way of another ("both"); each end is behind its
     mirror where there is none. Or ("above") both see the floor, and a mirror is above it."""
     lit, seen = mirrors == "both", mirrors == "both" and sensor is None
     x, to = (-1, -3) if seen else (-5, -3)
