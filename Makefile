@@ -136,6 +136,7 @@ study-metropolis: setup
 # As study-metropolis; the figures of the page are rough where something else runs.
 study-bdpt: setup
 	$(STUDY) bdpt $(if $(CORPUS),'$(CORPUS)')
+	$(STUDY) bdpt --merging $(if $(CORPUS),'$(CORPUS)')
 
 # make study-samplers CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
 # what it prints goes into docs/samplers.md, the matrices into samplers/nets.py

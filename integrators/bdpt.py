@@ -21,6 +21,10 @@ r"""Bidirectional path tracing with a cache of light vertices (``bdpt``)
      - boolean
      - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
        and end on nothing where they would reach the environment. Default: false.
+   * - ``merge_radius``
+     - float
+     - Radius in which vertices of both ends are merged [widths of a pixel in the middle of the
+       film, at the median distance of what is lit]; 0 for none, 0.5 is a good one. Default: 0.
 
 Paths begin at the lamps and at the camera. The picture is that of ``surfacepath``, with masks,
 lamps with masks, backdrops and dispersion as there, but for one kind of light that no path of a
@@ -33,6 +37,8 @@ from the camera:
 - s, t > 1: each vertex of the camera's subpaths is connected with one vertex, drawn from a cache of
   those of all light subpaths (Davidovič et al.). There is one light subpath for four
   samples, and one for each in scenes with lamps without size.
+- With ``merge_radius``, vertices of the camera are merged with all light vertices near them, if
+  neither of their two edges can be connected.
 
 The balance heuristic weighs them by
 
@@ -43,6 +49,20 @@ The balance heuristic weighs them by
 with p the density of the path by that way, r the light subpaths for each sample, and
 :math:`\kappa` one over their mean number of vertices, of which a few thousand subpaths, always the
 same, tell the power of two. Sums of ratios of densities are carried along the subpaths (Georgiev).
+
+**Merging.** Light that mirrors or glass hide from both ends, such as a caustic seen in a mirror or
+the ground of a pool, is found by merging alone (Georgiev et al.), but for lamps that are hit by
+chance; so are caustics before cameras that are no pinhole. A vertex takes the flux of the N light
+subpaths within the radius R as arriving there,
+
+.. math::
+    L = \frac{1}{\pi R^2 N} \sum_j f\,\Phi_j\,w_j, \qquad
+    n = \frac{\pi R^2 N}{\max(1, \pi R_{px}^2\, m)}
+
+with n the samples of this way in the weights: the m samples of a pixel share light subpaths. Light
+is blurred within R, and what is merged is biased thereby. R falls with the eighth root of the
+number of launches (Knaus and Zwicker), so the mean of all passes is right in the end: who renders
+in passes sets the attribute ``pass_index``, 0 for the first.
 
 **Adjoint.** Light subpaths scatter by ``TransportMode.Importance``, without the
 :math:`(n_1/n_2)^2` that radiance has, and with the factor
@@ -62,14 +82,18 @@ depends on scene, parameters, seed and samples alone, bit for bit. Positions on
 the film are drawn from its reconstruction filter, with signs. In spectral variants a
 render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
 
-**Limits.** Caustics seen in mirrors and through glass are as hard to find as for a path tracer, and
-those of lamps without size are missing there. Light of meshes with smooth normals that shine is
-as stock emitter sampling has it.
+**Limits.** Without merging, caustics seen in mirrors and through glass are as hard to find as for a
+path tracer, and those of lamps without size are missing there. Rough glass and mirrors in front of
+caustics are left to connections. Light of meshes with smooth normals that shine is as stock emitter
+sampling has it.
 
 **Source.** E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapters 5
 and 10; T. Davidovič, J. Křivánek, M. Hašan and P. Slusallek, "Progressive Light Transport
-Simulation on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, "Implementing Vertex
-Connection and Merging", Saarland University 2012.
+Simulation on the GPU", ACM Transactions on Graphics 2014; I. Georgiev, J. Křivánek, T. Davidovič
+and P. Slusallek, "Light Transport Simulation with Vertex Connection and Merging", ACM Transactions
+on Graphics 2012, and I. Georgiev, "Implementing Vertex Connection and Merging", Saarland University
+2012; C. Knaus and M. Zwicker, "Progressive Photon Mapping: A Probabilistic Approach", ACM
+Transactions on Graphics 2011.
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
 
@@ -83,6 +107,7 @@ Connection and Merging", Saarland University 2012.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
@@ -94,11 +119,12 @@ from relume.integrators.eyesubpaths import trace_eye
 from relume.integrators.lightstarts import Emission
 from relume.integrators.lightsubpaths import trace_light
 from relume.integrators.lightvertices import LightCache, LightVertices
+from relume.integrators.merging import LightGrid, pixel_width, radius_of
 from relume.integrators.metropolis import fill
 from relume.integrators.sensorconnections import Pinhole
 from relume.integrators.splats import SplatFilm
 from relume.integrators.subpaths import Transport
-from relume.parameters import Range, flag, whole
+from relume.parameters import NOT_NEGATIVE, Range, flag, number, whole
 from relume.sensors.colors import linear_rgb
 
 LIGHT_PATHS, LIGHT_PATHS_OF_POINTS = 0.25, 1.0
@@ -122,6 +148,21 @@ PILOT = 2**12
 NO_GRADIENTS = "bdpt has no derivatives: differentiate by surfacepath, or by prb"
 
 
+@dataclass(frozen=True)
+class Pilot:
+    """What a few light subpaths tell.
+
+    Attributes:
+        vertices: mean number that one has, a power of two.
+        shown: mean luminance that one shows to the camera.
+        pixel: width that one sees at their vertices, 0 where none are merged.
+    """
+
+    vertices: float
+    shown: float
+    pixel: float
+
+
 def light_paths(emission: Emission) -> float:
     """Light subpaths for each path of the camera."""
     return LIGHT_PATHS_OF_POINTS if emission.has_points else LIGHT_PATHS
@@ -136,6 +177,8 @@ def define() -> type[mi.AdjointIntegrator]:
             self.max_depth, self.rr_depth = path_depths(props)
             self.min_depth = whole(props, "min_depth", 1, Range(1))
             self.hide_emitters = flag(props, "hide_emitters", False)
+            self.merge_radius = number(props, "merge_radius", 0.0, NOT_NEGATIVE)
+            self.pass_index = 0
             self.only = None  # the one way (s, t) that tests want to see, with the weight 1
 
         def render_forward(self, *args, **kwargs):
@@ -172,24 +215,29 @@ def define() -> type[mi.AdjointIntegrator]:
             transport = Transport(scene, pinhole.prepared() if pinhole else None, self)
             pilot = self.pilot(transport, sensor)
             per_launch = max(1, SAMPLES_PER_LAUNCH // pixels)
+            before = self.pass_index * math.ceil(spp / per_launch)
             sums = np.zeros((pixels, 4))
             for launch, first in enumerate(range(0, spp, per_launch)):
                 count = min(per_launch, spp - first)
+                radius = radius_of(self.merge_radius, before + launch)
                 own = np.random.SeedSequence((seed, launch)).generate_state(2)
                 seeds = [int(x) for x in own]
-                sums += count * self.launch(transport, sensor, pilot, seeds, count)
+                sums += count * self.launch(transport, sensor, pilot, seeds, count, radius)
             return sums / spp
 
         def pilot(self, transport, sensor):
-            """Mean number of vertices of a light subpath, and what it shows to the camera."""
-            transport.set_ratios(1, 1)
-            _, *found = self.light(transport, sensor, 1, PILOT, SplatFilm(sensor.film(), 1))
+            """What a few light subpaths tell: `Pilot`."""
+            transport.set_ratios(1, 1, 1)
+            vertices, *found = self.light(transport, sensor, 1, PILOT, SplatFilm(sensor.film(), 1))
             dr.eval(found)
             stored, shown, power = (x.numpy().astype(float).mean() for x in found)
             if not shown and transport.pinhole:  # as if it lit all of the scene
                 _, radius = bounding_sphere(transport.scene)
                 shown = power / float(transport.pinhole.det[0]) / radius**2
-            return 2.0 ** round(np.log2(max(stored, 0.25))), shown
+            width = pixel_width(sensor, vertices, found[0]) if transport.ν is not None else 0.0
+            if not width:  # no light is there
+                transport.ν = None
+            return Pilot(2.0 ** round(np.log2(max(stored, 0.25))), shown, width)
 
         def light(self, transport, sensor, seed, count, film):
             """Trace light subpaths: `LightVertices`, and what `trace_light` returns."""
@@ -211,23 +259,32 @@ def define() -> type[mi.AdjointIntegrator]:
             shift = np.random.default_rng(seed).random()
             return (mi.Float(group) + dr.opaque(mi.Float, shift)) / GROUPS
 
-        def launch(self, transport, sensor, pilot, seeds, spp):
-            """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4)."""
+        def launch(self, transport, sensor, pilot, seeds, spp, radius):
+            """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4).
+
+            Vertices are merged in a radius in pixels.
+            """
             film = sensor.film()
             width, height = (int(x) for x in film.crop_size())
             pixels = width * height
             wanted = light_paths(transport.emission) * pixels * spp
             wanted = min(wanted, MOST_LIGHT_PATHS)
             paths = max(LEAST_LIGHT_PATHS, math.ceil(wanted / GROUPS) * GROUPS)
-            mean_vertices, scale = pilot
-            transport.set_ratios(paths / (pixels * spp), 1 / mean_vertices)
+            groups = GROUPS if mi.is_spectral else 1
+            # Samples of a pixel that merge with the same light vertices count as one.
+            sharing = max(1, math.pi * radius**2 * spp / groups)
+            disks = paths / groups * math.pi * (radius * pilot.pixel) ** 2
+            transport.set_ratios(paths / (pixels * spp), 1 / pilot.vertices, disks / sharing)
 
             # -------------------------- from the lamps --------------------------
 
-            splats = SplatFilm(film, scale)
+            splats = SplatFilm(film, pilot.shown)
             vertices, stored, *_ = self.light(transport, sensor, seeds[0], paths, splats)
             dr.eval(stored, vertices.numbers, splats.sums)
-            cache = LightCache(vertices, stored, GROUPS if mi.is_spectral else 1)
+            cache = LightCache(vertices, stored, groups)
+            grid = None
+            if transport.ν is not None:
+                grid = LightGrid(vertices, stored, cache.slots, groups, radius * pilot.pixel)
 
             # -------------------------- from the camera --------------------------
 
@@ -251,7 +308,7 @@ def define() -> type[mi.AdjointIntegrator]:
                 group = (group + mi.sample_tea_32(pixel, seed)[0]) % GROUPS
                 u = self.wavelength_sample(group, seeds[0])
             ray, weight = sensor.sample_ray_differential(sensor.shutter_open(), u, position, lens)
-            L, seen = trace_eye(transport, sampler, ray, cache, group)
+            L, seen = trace_eye(transport, sampler, ray, cache, grid, group)
             color = linear_rgb(L * weight * sign, ray.wavelengths)
             channels = [mi.Float64(x) for x in (*color, dr.select(seen, sign, 0))]
             channels = [x + dr.zeros(mi.Float64, pixels * spp) for x in channels]
@@ -263,7 +320,8 @@ def define() -> type[mi.AdjointIntegrator]:
         def to_string(self):
             return (
                 f"BDPT[min_depth={self.min_depth}, max_depth={self.max_depth}, "
-                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}]"
+                f"rr_depth={self.rr_depth}, hide_emitters={self.hide_emitters}, "
+                f"merge_radius={self.merge_radius}]"
             )
 
     return BDPT

@@ -12,6 +12,7 @@ from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators import misweights
 from relume.integrators.common import russian_roulette
 from relume.integrators.lightvertices import LightCache
+from relume.integrators.merging import LightGrid, merged, unconnected
 from relume.integrators.misweights import Subpath
 from relume.integrators.scattering import Towards, scatter, towards, without_shading_normal
 from relume.integrators.subpaths import Transport, unoccluded
@@ -36,7 +37,12 @@ class EyePath:
 
 @dr.syntax
 def trace_eye(
-    transport: Transport, sampler: mi.Sampler, ray: Any, cache: LightCache, group: Any
+    transport: Transport,
+    sampler: mi.Sampler,
+    ray: Any,
+    cache: LightCache,
+    grid: LightGrid | None,
+    group: Any,
 ) -> tuple[Any, Any]:
     """Find the radiance along rays of the camera, but for what light subpaths show to it.
 
@@ -45,6 +51,7 @@ def trace_eye(
         sampler: seeded for as many lanes.
         ray: ``mi.RayDifferential3f``.
         cache: `LightCache`.
+        grid: `LightGrid`, or None where no vertices are merged.
         group: ``mi.UInt32``, its part of the same wavelengths.
 
     Returns:
@@ -53,7 +60,7 @@ def trace_eye(
     t = transport
     path = started(t, ray)
     while dr.hint(path.active, label="Camera subpaths"):
-        step(t, sampler, cache, group, path)
+        step(t, sampler, cache, grid, group, path)
     return path.L, path.seen
 
 
@@ -70,7 +77,7 @@ def started(t: Transport, ray: mi.Ray3f) -> EyePath:
         ray=mi.Ray3f(ray),
         L=mi.Spectrum(0),
         β=mi.Spectrum(1),
-        m=Subpath(dVCM, mi.Float(0)),
+        m=Subpath(dVCM, mi.Float(0), t.no_merges()),
         η=mi.Float(1),
         depth=mi.UInt32(0),
         seen=mi.Bool(t.scene.environment() is not None and not t.hide_emitters),
@@ -82,7 +89,12 @@ def started(t: Transport, ray: mi.Ray3f) -> EyePath:
 
 
 def step(
-    t: Transport, sampler: mi.Sampler, cache: LightCache, group: mi.UInt32, path: EyePath
+    t: Transport,
+    sampler: mi.Sampler,
+    cache: LightCache,
+    grid: LightGrid | None,
+    group: mi.UInt32,
+    path: EyePath,
 ) -> None:
     """Trace one ray and scatter where it ends."""
     # Embree's coherent traversal gains for neighbouring rays from the camera alone.
@@ -153,6 +165,9 @@ def step(
     value *= unoccluded(t, si, y.si.p, joined)
     path.L[joined] = dr.fma(path.β, value, path.L)
 
+    if grid is not None:
+        path.L = dr.fma(path.β, merged(t, grid, si, m, path, group, lit & unconnected(m)), path.L)
+
     # ---------------------------- next ray and weight ----------------------------
 
     ray = si.spawn_ray(si.to_world(drawn.wo))
@@ -171,7 +186,8 @@ def step(
         passes, known = passes | hidden, known | hidden
     delta = mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta)
     cos = dr.abs(dr.dot(si.n, ray.d))
-    after = misweights.scattered(m, g, drawn.pdf, drawn.pdf_back, cos, delta)
+    ν = None if t.ν is None else dr.select(unconnected(m), t.ν, 0)
+    after = misweights.scattered(m, g, drawn.pdf, drawn.pdf_back, cos, delta, ν)
 
     path.ray = ray
     path.seen |= path.active & si.is_valid() & ~passes

@@ -14,6 +14,7 @@ from relume.integrators.common import russian_roulette
 from relume.integrators.emission import AREA, FAR, POINT
 from relume.integrators.lightstarts import LightStart
 from relume.integrators.lightvertices import SLOTS, LightVertex, LightVertices
+from relume.integrators.merging import unconnected_light
 from relume.integrators.misweights import Subpath
 from relume.integrators.scattering import scatter, without_shading_normal
 from relume.integrators.splats import SplatFilm
@@ -74,7 +75,7 @@ def trace_light(
     path = LightPath(
         ray=mi.Ray3f(start.ray),
         β=mi.Spectrum(start.power),
-        m=Subpath(mi.Float(0), mi.Float(start.dVC)),
+        m=Subpath(mi.Float(0), mi.Float(start.dVC), t.no_merges()),
         origin=mi.Point3f(start.ray.o),
         edges=mi.UInt32(0),
         kept=mi.UInt32(0),
@@ -150,7 +151,8 @@ def step(
 
     # ---------------- the cache ----------------
 
-    keeps = smooth & (edges + 2 <= t.max_depth) & dr.any(β != 0)
+    to_camera = 2 if t.pinhole or t.ν is None else 1  # edges at least
+    keeps = smooth & (edges + to_camera <= t.max_depth) & dr.any(β != 0)
     nth = mi.Float(path.kept) - (SLOTS - 2)  # vertex of those that share the last place
     slot = lane * SLOTS + dr.minimum(path.kept, SLOTS - 1)
     vertex = LightVertex(si, β * incoming, m, g, edges, path.dispersed)
@@ -169,7 +171,9 @@ def step(
     if t.surfaces.disperse:
         parts = ~path.dispersed & ((drawn.sampled_type & HERO_WAVELENGTH) != 0)
         path.dispersed |= parts & met
-    after = misweights.scattered(m, g, drawn.pdf, drawn.pdf_back, dr.abs(dr.dot(si.n, d)), delta)
+    ν = None if t.ν is None else dr.select(unconnected_light(m, edges), t.ν, 0)
+    cos = dr.abs(dr.dot(si.n, d))
+    after = misweights.scattered(m, g, drawn.pdf, drawn.pdf_back, cos, delta, ν)
 
     path.bright = dr.select(first & ~passes, dr.max(β), path.bright)
     path.β = dr.select(passes, path.β, β) * weight
@@ -217,4 +221,4 @@ def first_vertex(
         _, E = start.emitter.sample_direction(si, mi.Point2f(0.5), beam)
         E *= dr.select(kind == POINT, dr.square(ds.dist), 1)
         β = dr.select(beam, β * E, β)
-    return Subpath(dVCM, m.dVC), β
+    return Subpath(dVCM, m.dVC, m.dVM), β

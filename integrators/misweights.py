@@ -17,6 +17,14 @@ Ways differ in their numbers of samples. A hit of a lamp and a sample of an emit
 path of the camera. There are r light subpaths for each of them, and κ connections of a vertex with
 those of light subpaths (`g`: 1 at the first vertex of a subpath, whose dVCM already tells of the
 other end, κ at the others).
+
+A vertex between two edges that cannot be connected may be merged with light vertices near it. That
+is another way, on which both subpaths have found the vertex: ν is the area of the disk of merges
+times the number of light subpaths, over that of the camera's that share them, which are no
+independent samples (P. Grittmann et al., "Correlation-Aware Multiple Importance Sampling for
+Bidirectional Rendering Algorithms", Computer Graphics Forum 2021). A subpath that leaves such a
+vertex carries ν in a third sum, dVM, until it knows at its next vertex whether that edge can be
+connected.
 """
 
 from __future__ import annotations
@@ -34,10 +42,12 @@ class Subpath:
     Attributes:
         dVCM: ``mi.Float``.
         dVC: ``mi.Float``.
+        dVM: ``mi.Float``, or None where no vertices are merged.
     """
 
     dVCM: mi.Float
     dVC: mi.Float
+    dVM: mi.Float | None = None
 
 
 def arrived(subpath: Subpath, squared_distance: mi.Float, cos: mi.Float) -> Subpath:
@@ -48,11 +58,18 @@ def arrived(subpath: Subpath, squared_distance: mi.Float, cos: mi.Float) -> Subp
         squared_distance: from there.
         cos: between the ray and the geometric normal where it arrives, above 0.
     """
-    return Subpath(subpath.dVCM * squared_distance / cos, subpath.dVC / cos)
+    dVM = None if subpath.dVM is None else subpath.dVM / cos
+    return Subpath(subpath.dVCM * squared_distance / cos, subpath.dVC / cos, dVM)
 
 
 def scattered(
-    subpath: Subpath, g: mi.Float, pdf: mi.Float, pdf_back: mi.Float, cos: mi.Float, delta: mi.Bool
+    subpath: Subpath,
+    g: mi.Float,
+    pdf: mi.Float,
+    pdf_back: mi.Float,
+    cos: mi.Float,
+    delta: mi.Bool,
+    ν: mi.Float | None = None,
 ) -> Subpath:
     """The sums of a subpath after it has scattered.
 
@@ -63,10 +80,15 @@ def scattered(
         pdf_back: density of the direction that it came from, were it followed the other way.
         cos: between the sampled direction and the geometric normal.
         delta: whether the event was a delta one.
+        ν: samples of merges here, if the next edge cannot be connected; needed where there is dVM.
     """
     p = dr.select(pdf > 0, dr.rcp(pdf), 0)
     smooth = cos * p * dr.fma(subpath.dVC, pdf_back, g * subpath.dVCM)
-    return Subpath(dr.select(delta, 0, p), dr.select(delta, subpath.dVC * cos, smooth))
+    dVC, dVM = subpath.dVC, None
+    if ν is not None:
+        dVC = dVC + subpath.dVM
+        dVM = dr.select(delta, 0, cos * p * ν)
+    return Subpath(dr.select(delta, 0, p), dr.select(delta, dVC * cos, smooth), dVM)
 
 
 def other_ways(subpath: Subpath, g: mi.Float, pdf_back: mi.Float) -> mi.Float:
@@ -127,3 +149,14 @@ def of_connection(
         others_x: `other_ways` of the camera's subpath.
     """
     return finite(κ / (κ + dr.fma(pdf_y, others_y, pdf_x * others_x)))
+
+
+def of_merge(ν: mi.Float, others_y: mi.Float, others_x: mi.Float) -> mi.Float:
+    """The weight of a vertex of the camera merged with a vertex of a light subpath.
+
+    Args:
+        ν: merges of x with each light subpath, times area.
+        others_y: `other_ways` of the light subpath.
+        others_x: `other_ways` of the camera's subpath.
+    """
+    return finite(ν / (ν + others_y + others_x))

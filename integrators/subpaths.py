@@ -32,6 +32,7 @@ class Transport:
         partials: whether light vertices keep derivatives of the surface.
         r: light subpaths for each path of the camera.
         κ: connections of a vertex with each light subpath.
+        ν: merges of a vertex with each light subpath, times area; None where none are merged.
     """
 
     def __init__(self, scene: mi.Scene, pinhole: PinholeOnDevice | None, integrator: Any) -> None:
@@ -47,10 +48,23 @@ class Transport:
             self.radiance.type_mask |= HERO_WAVELENGTH
             self.importance.type_mask |= HERO_WAVELENGTH
         self.r = self.κ = mi.Float(1)
+        self.ν = mi.Float(1) if integrator.merge_radius > 0 else None
 
-    def set_ratios(self, r: float, κ: float) -> None:
-        """Set `r` and `κ`."""
+    def set_ratios(self, r: float, κ: float, ν: float) -> None:
+        """Set `r`, `κ` and, where vertices are merged, `ν`.
+
+        Args:
+            r: light subpaths for each path of the camera.
+            κ: connections of a vertex with each light subpath.
+            ν: merges of a vertex with each light subpath, times area.
+        """
         self.r, self.κ = dr.opaque(mi.Float, r), dr.opaque(mi.Float, κ)
+        if self.ν is not None:
+            self.ν = dr.opaque(mi.Float, ν)
+
+    def no_merges(self) -> mi.Float | None:
+        """dVM at the beginning of a subpath."""
+        return None if self.ν is None else mi.Float(0)
 
     def alone(self, weight: Any, s: Any, t: Any) -> Any:
         """The weight of a way; that of the one to be seen alone is 1."""

@@ -326,6 +326,8 @@ class Session:
 
     def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""
+        if hasattr(self.integrator, "pass_index"):
+            self.integrator.pass_index = index
         image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
         channels = np.array(image).reshape(self.width * self.height, -1).T
         gray = len(channels) < 3

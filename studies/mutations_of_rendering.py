@@ -19,6 +19,9 @@ redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radianc
 weights = of("integrators/misweights.py", "integrators/test_misweights.py")
 starts = of("integrators/lightstarts.py", f"{BDPT}::test_light_tracing_alone_is_exact")
 both_ends = of("integrators/bdpt.py", f"{BDPT}::test_light_tracing_alone_is_exact")
+merging = of(
+    "integrators/merging.py", "integrators/test_merging.py::test_merging_alone_is_exact"
+)
 connections = of("integrators/eyesubpaths.py", f"{BDPT}::test_closed_room_that_shines")
 walks = of("integrators/randomwalk.py", f"{WALKS}::test_white_furnace", WALKS)
 between = of("integrators/walks.py", f"{WALKS}::{SKY}")
@@ -181,6 +184,11 @@ RENDERING = [
         "value *= w * count / distance2",
         "value *= 1.02 * w * count / distance2",
         f"{BDPT}::test_connections_alone_are_exact",
+    ),
+    merging(
+        "merged vertices 2 % too bright",
+        "return L * grid.density",
+        "return L * (1.02 * grid.density)",
     ),
     connections(
         "lamps sampled by paths from both ends 2 % too bright",
