@@ -1,13 +1,13 @@
 """Where the dipole is far off: its measured error, and which objects are simulated instead.
 
 `BSSRDF` 1, the default, is the dipole of the manual. Its formulas are those of a flat half space in
-which light is scattered many times, and objects that are small or dark are neither. For balls of 0.3
-to 300 reduced mean free paths `docs/subsurface.md` has how far its light is from that of
-`randomwalk`, and the time of both: the simulation is as quick or quicker in objects thinner than
-`THIN`, and beyond it walks are short wherever the dipole is wrong, for there they are soon absorbed.
+which light is scattered many times, and objects that are small or dark are neither.
+`docs/subsurface.md` has the map: how far its light is from that of `randomwalk` in balls of 0.3 to
+300 reduced mean free paths, and the time of both.
 
 So the dialect `manual` takes the default for a wish to have the light of the medium: closed objects
-are simulated in which the dipole is off by more than `TOLERATED`, or that are thinner than `THIN`.
+are simulated in which the dipole is off by more than `TOLERATED`, or that are thinner than `THIN`,
+where it is no quicker. Walks are short wherever it is wrong: they soon leave, or are soon absorbed.
 An object whose lines ask for the dipole, by `BSSRDF` 1, `level` -2 or `MATERIAL_R_MAX`, has it, and
 the dialect `prender` has that of the program; notes tell the error.
 """
@@ -29,8 +29,8 @@ from relume.translator.watertight import open_edges
 FAR_OFF = "simulated-far-off"
 """Code of the reason why an object is simulated in which the dipole is far off."""
 
-THIN = 10.0
-"""Radius below which objects are simulated [reduced mean free path]."""
+THIN = 3.0
+"""Mean radius below which objects are simulated [reduced mean free path]."""
 
 TOLERATED = 0.1
 """Largest relative error of the dipole's light in a channel where the dipole is taken."""
@@ -49,26 +49,26 @@ LIGHT = (
                 [100, 119, 112, 105, 101, 99, 100, 103, 105, 108],
                 [100, 133, 125, 117, 113, 110, 109, 108, 109, 113],
                 [100, 136, 129, 122, 119, 116, 115, 115, 115, 116],
-                [100, 136, 129, 122, 119, 117, 117, 100, 100, 100],
-                [100, 100, 100, 100, 100, 100, 100, 100, 100, 100],
+                [100, 136, 129, 122, 119, 117, 117, 117, 117, 117],
+                [100, 131, 125, 119, 117, 115, 115, 115, 115, 116],
             ],
             [
-                [100, 101, 102, 102, 101, 102, 102, 102, 102, 103],
-                [100, 107, 105, 103, 102, 103, 104, 105, 106, 107],
-                [100, 119, 112, 105, 101, 99, 100, 103, 105, 108],
-                [100, 133, 125, 117, 113, 110, 109, 108, 109, 113],
-                [100, 136, 129, 122, 119, 116, 115, 115, 115, 116],
-                [100, 136, 129, 122, 119, 117, 117, 100, 100, 100],
-                [100, 100, 100, 100, 100, 100, 100, 100, 100, 100],
+                [100, 96, 92, 88, 85, 83, 82, 81, 80, 80],
+                [100, 95, 89, 81, 77, 72, 71, 70, 70, 71],
+                [100, 119, 110, 95, 86, 77, 73, 72, 73, 76],
+                [100, 138, 135, 122, 112, 99, 91, 87, 87, 90],
+                [100, 140, 140, 129, 120, 109, 102, 97, 96, 96],
+                [100, 141, 141, 131, 122, 111, 105, 101, 99, 99],
+                [100, 140, 140, 129, 122, 111, 104, 101, 100, 99],
             ],
             [
-                [100, 101, 102, 102, 101, 102, 102, 102, 102, 103],
-                [100, 107, 105, 103, 102, 103, 104, 105, 106, 107],
-                [100, 119, 112, 105, 101, 99, 100, 103, 105, 108],
-                [100, 133, 125, 117, 113, 110, 109, 108, 109, 113],
-                [100, 136, 129, 122, 119, 116, 115, 115, 115, 116],
-                [100, 136, 129, 122, 119, 117, 117, 100, 100, 100],
-                [100, 100, 100, 100, 100, 100, 100, 100, 100, 100],
+                [100, 94, 90, 85, 81, 78, 76, 74, 74, 74],
+                [100, 95, 88, 80, 74, 67, 64, 62, 62, 61],
+                [100, 119, 116, 103, 91, 77, 69, 65, 64, 65],
+                [100, 132, 138, 132, 121, 104, 91, 82, 80, 81],
+                [100, 134, 143, 140, 131, 115, 104, 94, 91, 89],
+                [100, 134, 143, 140, 134, 119, 107, 99, 96, 93],
+                [100, 133, 143, 141, 133, 119, 108, 99, 96, 94],
             ],
         ]
     )
@@ -104,13 +104,16 @@ class DipoleError:
         return closed and (not self.is_small or self.mean_radius < THIN)
 
     @property
-    def values(self) -> dict[str, str]:
-        """What notes say of it: `percent`, how far it is off, and `where`."""
-        size = f"a body of {self.radius:.2g} mean free paths"
-        return {
-            "percent": f"{abs(100 * self.error):.0f} % too {'dark' if self.error < 0 else 'bright'}",
-            "where": size if math.isfinite(self.radius) else "a half space",
-        }
+    def percent(self) -> str:
+        """How far it is off, for notes."""
+        return f"{abs(100 * self.error):.0f} % too {'dark' if self.error < 0 else 'bright'}"
+
+    @property
+    def where(self) -> str:
+        """The size of the object, for notes."""
+        if math.isinf(self.radius):
+            return "a half space"
+        return f"a body of {self.radius:.2g} mean free paths"
 
 
 def relative_error(radius: float, albedo: float, eta: float) -> float:
@@ -216,22 +219,23 @@ def obstacle(document: Document, errors: Mapping[int, DipoleError]) -> str | Non
     return FAR_OFF if any(error.is_avoided for error in errors.values()) else None
 
 
-def report(block: SceneObject, obstacle: str | None, error: DipoleError | None) -> None:
+def tell_method(block: SceneObject, code: str | None, error: DipoleError | None) -> None:
     """Report how an object is rendered that does not ask for the simulation, and why.
 
     Args:
         block: the object.
-        obstacle: code of the reason why it is simulated, or None.
+        code: of the reason why it is simulated, or None.
         error: of the dipole there, or None where it is not known.
     """
-    if obstacle == FAR_OFF:
+    lines = block.lines
+    if code == FAR_OFF:
         if error is not None and error.is_avoided:
-            block.lines.remark("subsurface", FAR_OFF, **error.values)
-        else:
-            block.lines.becomes("subsurface", "simulated-with-another")
-    elif obstacle is not None:
-        block.lines.becomes("subsurface", obstacle)
+            lines.remark("subsurface", "simulated-far-off", percent=error.percent, where=error.where)
+            return
+        code = "simulated-with-another"
+    if code is not None:
+        lines.becomes("subsurface", code)
     elif error is not None and error.is_small:
-        block.lines.remark("subsurface", "dipole-fits", **error.values)
+        lines.remark("subsurface", "dipole-fits", percent=error.percent, where=error.where)
     elif error is not None:
-        block.lines.becomes("subsurface", "dipole-off", **error.values)
+        lines.becomes("subsurface", "dipole-off", percent=error.percent, where=error.where)

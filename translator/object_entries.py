@@ -272,7 +272,8 @@ def interior(scene: PlacedScene, index: int, part: Part) -> Interior:
     )
     if media.uses_dipole(block):
         block.lines.remark("subsurface", "sss-dipole", dialect=scene.dialect)
-        dipole_error.report(block, scene.obstacle_to_dipole, scene.dipole_errors.get(index))
+        error = scene.dipole_errors.get(index)
+        dipole_error.tell_method(block, scene.obstacle_to_dipole, error)
         if scene.obstacle_to_dipole is None:
             bsdf = media.dipole(block, reflectances, medium, eta, scene.dialect)
             bsdf["object"] = f"object_{block.lines.line()}"

@@ -183,7 +183,7 @@ MEDIA = (
      "noise, and the exact result.",
      "Set `BSSRDF` to 1 in all objects to have the dipole."),
     ("simulated-far-off", "translated", "10.2",
-     "simulated: the dipole would be {percent} in {where}, and hardly quicker",
+     "simulated instead: the dipole would be {percent} in {where}",
      "The light inside is followed from scattering to scattering, which is exact: the formulas of "
      "the dipole are those of a half space in which light is scattered many times.",
      "Set `BSSRDF` to 1, or render by `--integrator dipole`, to have the dipole."),
