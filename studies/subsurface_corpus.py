@@ -47,9 +47,8 @@ def figures(path, folders):
     notes = [n for line in made.document.lines.all for n in line.notes if n.code in REASONS]
     by_dipole = translated(path, RenderOptions(**options, integrator="dipole"))
     seen = scattering_pixels(by_dipole)
-    pictures = [
-        relume.render(path, spp=SPP, integrator=name, **options) for name in ("dipole", "randomwalk")
-    ]
+    ways = ("dipole", "randomwalk")
+    pictures = [relume.render(path, spp=SPP, integrator=name, **options) for name in ways]
     finite = all(np.isfinite(picture).all() for picture in pictures)
     dipole, walk = (picture[seen].mean(axis=0) for picture in pictures)
     why = "; ".join(dict.fromkeys(note.text for note in notes))

@@ -1,4 +1,4 @@
-"""Where the dipole is right: its error over radius and albedo, and the time of both; docs/subsurface.
+"""The dipole's error over radius and albedo, and the time of both; docs/subsurface.
 
 Balls of 0.3 to 300 reduced mean free paths lie under a dim sky and a square lamp, nine albedos in
 three pictures. All is relative to `randomwalk`, which is exact: the mean of the disk, the root mean

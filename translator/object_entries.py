@@ -11,7 +11,6 @@ import numpy as np
 from relume.translator import (
     curved_space,
     dense_media,
-    dipole_error,
     environment_maps,
     geometry,
     lights,
@@ -22,6 +21,7 @@ from relume.translator.accretion_disks import accretion_disk
 from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.dipole_error import DipoleError, tell_method
 from relume.translator.document import Document
 from relume.translator.enclosures import INSIDE, Enclosure, diameter, winding_number
 from relume.translator.file_problems import picture_problem
@@ -75,7 +75,7 @@ class PlacedScene:
     medium: HomogeneousMedium | None
     domes_by_direction: Mapping[int, Note | None]
     obstacle_to_dipole: str | None
-    dipole_errors: Mapping[int, dipole_error.DipoleError]
+    dipole_errors: Mapping[int, DipoleError]
 
     @property
     def dome(self) -> Ball | None:
@@ -272,8 +272,7 @@ def interior(scene: PlacedScene, index: int, part: Part) -> Interior:
     )
     if media.uses_dipole(block):
         block.lines.remark("subsurface", "sss-dipole", dialect=scene.dialect)
-        error = scene.dipole_errors.get(index)
-        dipole_error.tell_method(block, scene.obstacle_to_dipole, error)
+        tell_method(block, scene.obstacle_to_dipole, scene.dipole_errors.get(index))
         if scene.obstacle_to_dipole is None:
             bsdf = media.dipole(block, reflectances, medium, eta, scene.dialect)
             bsdf["object"] = f"object_{block.lines.line()}"
