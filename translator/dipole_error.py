@@ -80,7 +80,7 @@ LIGHT = (
 )
 """Light of balls by the dipole (`standard`, level -1) over that of the simulation (3, 7, 10)."""
 
-FORWARD_RADII, FORWARD = (1.0, 3.0, 10.0, 30.0, 100.0), (0.48, 0.77, 0.85, 0.87, 0.87)
+FORWARD_RADII, FORWARD = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0), (0.2, 0.48, 0.77, 0.85, 0.87, 0.88)
 """By radius, what of `LIGHT` is left where the mean cosine is 0.9: single scattering, which goes
 ahead, gives less of it. The mean over albedos of 0.8 to 0.999 (within 0.05), index 1.3."""
 
@@ -148,10 +148,10 @@ def relative_error(radius: float, albedo: float, eta: float, g: float = 0.0) -> 
         place = float(np.interp(x, nodes, np.arange(len(nodes))))
         low = min(int(place), len(nodes) - 2)
         found = found[low] + (place - low) * (found[low + 1] - found[low])
-    forward = 1 - float(np.interp(math.log(max(radius, 1e-30)), np.log(FORWARD_RADII), FORWARD))
-    light = float(found) * (1 - forward * float(np.interp(g, COSINES, FALL)))
+    lost = 1 - float(np.interp(math.log(max(radius, 1e-30)), np.log(FORWARD_RADII), FORWARD))
+    lost *= float(np.interp(g, COSINES, FALL)) * min(albedo / 0.8, 1)
     # What is scattered at all in smaller objects falls with their size.
-    return (light - 1) * min(radius / RADII[0], 1)
+    return (float(found) * (1 - lost) - 1) * min(radius / RADII[0], 1)
 
 
 def dipole_error(medium: HomogeneousMedium, eta: float, radius: float) -> DipoleError | None:
