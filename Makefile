@@ -68,6 +68,7 @@ study-lights: setup
 study-subsurface: setup
 	$(STUDY) subsurface --figure docs/subsurface/profiles.png
 	$(STUDY) subsurface-spheres
+	$(STUDY) subsurface-map
 
 study-curved-space: setup
 	$(STUDY) curved-space --figure docs/curved-space/closed-forms.png \
