@@ -10,7 +10,8 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers
+        study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers \
+        study-subsurface-corpus
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -68,6 +69,10 @@ study-lights: setup
 study-subsurface: setup
 	$(STUDY) subsurface --figure docs/subsurface/profiles.png
 	$(STUDY) subsurface-spheres
+	$(STUDY) subsurface-map
+
+study-subsurface-corpus: setup
+	$(STUDY) subsurface-corpus '$(CORPUS)' --asset-path '$(ASSETS)'
 
 study-curved-space: setup
 	$(STUDY) curved-space --figure docs/curved-space/closed-forms.png \

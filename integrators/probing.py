@@ -27,6 +27,9 @@ MAX_HITS = 256
 ROUNDING = 1e-6
 """Relative size of heights that are taken for the rounding of float32 positions."""
 
+STEP = 8e-6
+"""Relative length of the steps by which probes leave the hits behind them."""
+
 
 @dataclass
 class Entry:
@@ -63,6 +66,14 @@ def density(
         p = dr.sum(p_channel * profile.pdf(r))
         total = dr.fma(p_axis * dr.abs(local_n[axis]), p, total)
     return total
+
+
+def is_same_primitive(
+    one: mi.PreliminaryIntersection3f, other: mi.PreliminaryIntersection3f
+) -> mi.Bool:
+    """Whether two hits are on the same primitive of the same instance of a shape."""
+    same = (one.shape == other.shape) & (one.instance == other.instance)
+    return same & (one.prim_index == other.prim_index)
 
 
 @dr.syntax
@@ -108,12 +119,14 @@ def find_entry(
     first.o, first.d = dr.fma(height, disk.n, si.p + offset), -disk.n
     first.maxt, first.time, first.wavelengths = 2 * height, si.time, si.wavelengths
 
+    step = STEP * (1 + dr.max(dr.abs(si.p)))
     own = objects.at(si, active)
     chosen = dr.zeros(mi.PreliminaryIntersection3f)
     value, chosen_weight, total = mi.Spectrum(0), mi.Float(1), mi.Float(0)
     chosen_p, chosen_distance = mi.Float(1), mi.Float(1)
     ray, t, u = mi.Ray3f(first), mi.Float(0), mi.Float(sample3)
     hits = mi.UInt32(0)
+    last, last_side = dr.zeros(mi.PreliminaryIntersection3f), mi.Float(0)
     searching = mi.Bool(active)
     while dr.hint(searching, label="Probe"):
         pi = scene.ray_intersect_preliminary(ray, coherent=False, active=searching)
@@ -124,7 +137,11 @@ def find_entry(
         z = dr.select(dr.abs(z) > rounding, z, 0)
         d = dr.fma(z, disk.n, offset)
         distance = dr.norm(d)
-        same = searching & objects.at(hit, searching).is_same(own)
+        # No line meets a triangle twice, nor one side of a sphere.
+        side = dr.dot(hit.n, ray.d)
+        again = is_same_primitive(pi, last) & (side * last_side > 0)
+        last, last_side = mi.PreliminaryIntersection3f(pi), side
+        same = searching & ~again & objects.at(hit, searching).is_same(own)
         same &= distance <= guide.r_max
         p = density(guide, p_channel, frame, d, hit.n)
         carried = guide.weight(distance) / dr.maximum(p, 1e-30)
@@ -144,10 +161,9 @@ def find_entry(
         chosen_distance = dr.select(take, distance, chosen_distance)
         chosen_weight = dr.select(take, weight, chosen_weight)
 
-        onwards = hit.spawn_ray(ray.d)
-        t += dr.dot(onwards.o - hit.p, ray.d)
-        onwards.maxt = 2 * height - t
-        ray = onwards
+        # Along the very line: `spawn_ray` steps aside, and grazing probes would miss their point.
+        t += step
+        ray.o, ray.maxt = first(t), 2 * height - t
         hits += 1
         searching &= (hits < MAX_HITS) & (ray.maxt > 0)
 

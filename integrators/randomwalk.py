@@ -109,6 +109,9 @@ OUT = 2.0
 RECORDING = dr.JitFlag.SymbolicScope
 """Whether a kernel is being recorded."""
 
+STEP = 2.0**-24
+"""Least probability with which roulette lets a walk live: that of a random number that is 0."""
+
 GRAZING = 1e-5
 """Least cosine at which walks leave a surface: the rounding of normals must not turn them back."""
 
@@ -270,8 +273,9 @@ def define() -> type[mi.SamplingIntegrator]:
                 β_max = dr.max(walk.β)
                 survival = dr.minimum(η2 * β_max, 1)
                 decides = scatters & (walk.depth >= self.rr_depth)
-                survives = sampler.next_1d() < survival
-                walk.β = mi.Spectrum(dr.select(decides, walk.β / survival, walk.β))
+                # Nothing is left of walks that single precision takes for black: no 0/0 of them.
+                survives = (sampler.next_1d() < survival) & (survival >= STEP)
+                walk.β = mi.Spectrum(dr.select(decides & survives, walk.β / survival, walk.β))
                 walk.inside &= (~decides | survives) & (β_max != 0)
             self.come_out(walks, lights, walk, path)
 

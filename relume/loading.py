@@ -30,6 +30,7 @@ from relume.session import (
 )
 from relume.translator import Document, Translation, files_read
 from relume.translator.diagnostics import SceneError
+from relume.translator.media import with_method
 from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
 from relume.turns import alone
 
@@ -38,6 +39,10 @@ FALLBACK = "scalar_rgb"
 
 STAND_INS = {"surfacepath": "volpath", "randomwalk": "volpathmis"}
 """What scalar variants run in the place of our plugins; lamps with a mask shine in full there."""
+
+SUBSURFACE = ("dipole", "randomwalk")
+"""Integrators that subsurface scattering is translated for when they are asked for: by diffusion,
+and simulated."""
 
 SceneSource = str | os.PathLike[str] | Document
 """What is rendered: the path of a scene file or Mitsuba scene (.xml), or what `relume.read`
@@ -125,6 +130,8 @@ def translation_of(source: Source, options: RenderOptions) -> Translation:
     """
     if isinstance(source, MitsubaFile):
         return source.translation(options)
+    if options.integrator in SUBSURFACE:
+        source = with_method(source, dipole=options.integrator == SUBSURFACE[0])
     return translator.translate(source, options.dialect, options.asset_path, options.stand_ins)
 
 
@@ -310,6 +317,8 @@ def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
         CannotRender: there is no such integrator.
     """
     paths = planned.get("paths", planned)
+    if name == paths.get("type"):
+        return paths
     if name in METROPOLIS:
         return {"type": name, "paths": paths}
     depths = {"max_depth": -1, "rr_depth": paths.get("rr_depth", 5)}

@@ -267,6 +267,9 @@ def with_method(document: Document, dipole: bool) -> Document:
 
     def forced(block: SceneObject) -> SceneObject:
         stays = block.level == -1 or (block.level == -2) == dipole
-        return replace(block, bssrdf=dipole, level=block.level if stays else -1)
+        # As an environment variable would, which no line tells of.
+        said = {"bssrdf": block.lines.reports.get("bssrdf", [])}
+        lines = replace(block.lines, reports=block.lines.reports | said)
+        return replace(block, bssrdf=dipole, level=block.level if stays else -1, lines=lines)
 
     return replace(document, objects=[forced(block) for block in document.objects])

@@ -87,16 +87,21 @@ class Meshes:
         world = positions @ matrix[:3, :3].T + matrix[:3, 3]
         return np.stack([world.min(axis=0), world.max(axis=0)])
 
+    def surfaces(self, path: Path, matrix: np.ndarray) -> list[Mesh]:
+        """All faces of a mesh file under a matrix, (4, 4); none if it is unreadable."""
+        try:
+            groups = self.read(path).groups
+        except MeshError:
+            return []
+        linear, offset = matrix[:3, :3].T, matrix[:3, 3]
+        return [Mesh(group.vertices @ linear + offset, group.faces) for group in groups]
+
     def enclose(self, path: Path, matrix: np.ndarray, p: np.ndarray) -> bool:
         """Whether a mesh file under a matrix, (4, 4), winds around the point `p`, (3,)."""
         box = self.bounds(path, matrix)
         if box is None or np.any(p < box[0]) or np.any(p > box[1]):
             return False
-        groups = self.read(path).groups
-        meshes = [
-            Mesh(group.vertices @ matrix[:3, :3].T + matrix[:3, 3], group.faces) for group in groups
-        ]
-        return abs(winding_number(meshes, p)) > INSIDE
+        return abs(winding_number(self.surfaces(path, matrix), p)) > INSIDE
 
     def parts(self, block: SceneObject, path: Path, matrix: np.ndarray) -> list[Part]:
         """The parts of a mesh object.

@@ -21,6 +21,7 @@ from relume.translator.accretion_disks import accretion_disk
 from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
+from relume.translator.dipole_error import DipoleError, tell_method
 from relume.translator.document import Document
 from relume.translator.enclosures import INSIDE, Enclosure, diameter, winding_number
 from relume.translator.file_problems import picture_problem
@@ -62,6 +63,7 @@ class PlacedScene:
         medium: the medium around all objects, or None.
         domes_by_direction: domes that become environment maps, see `environment_maps`.
         obstacle_to_dipole: code of the reason why objects that ask for the dipole are simulated.
+        dipole_errors: how far the dipole is off in the objects that it may render, by index.
     """
 
     document: Document
@@ -73,6 +75,7 @@ class PlacedScene:
     medium: HomogeneousMedium | None
     domes_by_direction: Mapping[int, Note | None]
     obstacle_to_dipole: str | None
+    dipole_errors: Mapping[int, DipoleError]
 
     @property
     def dome(self) -> Ball | None:
@@ -269,11 +272,11 @@ def interior(scene: PlacedScene, index: int, part: Part) -> Interior:
     )
     if media.uses_dipole(block):
         block.lines.remark("subsurface", "sss-dipole", dialect=scene.dialect)
+        tell_method(block, scene.obstacle_to_dipole, scene.dipole_errors.get(index))
         if scene.obstacle_to_dipole is None:
             bsdf = media.dipole(block, reflectances, medium, eta, scene.dialect)
             bsdf["object"] = f"object_{block.lines.line()}"
             return Interior(bsdf, dipole=True)
-        block.lines.becomes("subsurface", scene.obstacle_to_dipole)
     block.lines.remark("subsurface", "sss-simulation")
     block.lines.becomes("material_r_max", "dipole-alone")
     bsdf = materials.boundary(block, reflectances, eta)

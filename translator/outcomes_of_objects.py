@@ -178,10 +178,24 @@ MEDIA = (
      "The light inside is followed from scattering to scattering instead of by the dipole, which "
      "knows objects from outside alone.", "Move the camera out of the object to have the dipole."),
     ("simulated-with-another", "approximated", "10.2",
-     "simulated instead: another object of the scene asks for the simulation",
+     "simulated instead: another object of the scene asks for the simulation, or needs it",
      "The light inside is followed from scattering to scattering instead of by the dipole: more "
      "noise, and the exact result.",
      "Set `BSSRDF` to 1 in all objects to have the dipole."),
+    ("simulated-far-off", "translated", "10.2",
+     "simulated instead: the dipole would be {percent} in {where}",
+     "The light inside is followed from scattering to scattering, which is exact: the formulas of "
+     "the dipole are those of a half space in which light is scattered many times.",
+     "Set `BSSRDF` to 1, or render by `--integrator dipole`, to have the dipole."),
+    ("dipole-off", "approximated", "10.2",
+     "the dipole is {percent} in {where}",
+     "The light that comes out of the object is off by about that much in its worst channel.",
+     "Set `BSSRDF` to 0, or render by `--integrator randomwalk`, for the exact light."),
+    ("dipole-fits", "translated", "10.2",
+     "by the dipole, which is {percent} in {where}",
+     "The light that comes out of the object is right but for about that much, and has less noise "
+     "than a simulation of the same time.",
+     "Set `BSSRDF` to 0, or render by `--integrator randomwalk`, for the exact light."),
     ("smooth-glass-boundary", "approximated", "10.2",
      "sss-base: smooth glass, no light would enter through this surface", BOUNDARY,
      "Use `reflection reflection` above `reflection Subsurface_Scattering`, which asks for it."),

@@ -16,6 +16,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import functools
+import math
 import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ from relume.translator import (
     camera,
     curved_space,
     dense_media,
+    dipole_error,
     environment_maps,
     lights,
     line_outcomes,
@@ -225,6 +227,8 @@ def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
         document = move.apply(document, dialect)
         geometry = measure(document, dialect, meshes, find)
     precision.report_thin_glass(document, geometry.matrices)
+    errors = dipole_errors(document, geometry, meshes, find, dialect)
+    why = obstacle_to_dipole(document, geometry, meshes, find, spectral)
     return PlacedScene(
         document=document,
         dialect=dialect,
@@ -234,8 +238,31 @@ def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
         geometry=geometry,
         medium=media.surrounding_medium(document),
         domes_by_direction=environment_maps.domes_by_direction(document, geometry),
-        obstacle_to_dipole=obstacle_to_dipole(document, geometry, meshes, find, spectral),
+        obstacle_to_dipole=why or dipole_error.obstacle(document, errors),
+        dipole_errors=errors,
     )
+
+
+def dipole_errors(
+    document: Document, geometry: SceneGeometry, meshes: Meshes, find: Find, dialect: str
+) -> dict[int, dipole_error.DipoleError]:
+    """How far the dipole is off in the objects that it may render, by their index.
+
+    Empty in the dialect `prender`, where the picture of the program's own dipole is wanted.
+    """
+    found = {}
+    for index, block in enumerate(document.objects if dialect == "manual" else ()):
+        if not (block.reflection.subsurface and media.uses_dipole(block)):
+            continue
+        matrix, radius = geometry.matrices[index], math.inf
+        if isinstance(block.shape, Sphere):
+            radius = dipole_error.ball_radius(block.shape.radius, matrix[:3, :3])
+        elif isinstance(block.shape, MeshFile):
+            surfaces = meshes.surfaces(existing(find, block.shape.file), matrix)
+            radius = dipole_error.mesh_radius(surfaces)
+        if (error := dipole_error.error_of(block, radius)) is not None:
+            found[index] = error
+    return found
 
 
 def obstacle_to_dipole(

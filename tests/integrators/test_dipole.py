@@ -101,6 +101,22 @@ def test_probes_find_all_of_a_sphere(radius, chance, radiance):
 
 
 @pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("radius", [100.0, 1000.0])
+def test_probes_stay_on_their_line(radius, chance, radiance):
+    """A large ball returns what a slab does: grazing probes meet both of their points on it.
+
+    Where the second point was looked for along a line that had been shifted off the first one's
+    surface, 0.7 and 1 % of the light were missing. Differences of 0.4 % are found in 99 of 100
+    cases.
+    """
+    ball = {"type": "sphere", "bsdf": translucent(0.9, scale=radius)}
+    measured = radiance(scene(sensor=view((0, 0, 3), 0.5, 16), sky=SKY, ball=ball), 256)
+    F = fresnel(1.0, 1.3)
+    expected = (1 - F) * (1 - hemispherical(1.3)) * reflectance(0.9, 1.3)
+    chance.equal(measured, expected, allowed=0.001, precision=0.0012)
+
+
+@pytest.mark.false_alarms(1e-3)
 def test_search_radius(chance, radiance):
     """`r_max` cuts the profile there, and a slab returns what the disk does; within 0.5 %."""
     measured = radiance(scene(sky=SKY, floor=slab(translucent(r_max=2.0))), 8192)

@@ -80,6 +80,17 @@ def test_white_furnace(variant, shape, bsdf, chance, level):
     chance.equal(level(pictures), 1.0, allowed=1e-4, precision=0.05)
 
 
+def test_black_walks_are_black():
+    """Deep in a dark ball throughputs fall below what single precision has: no 0/0 of them.
+
+    Seeds of which one in two had a sample that was not a number.
+    """
+    walks = body("sphere", GLASS | {"int_ior": 1.5}, medium([0.3, 0.5, 0.7], 100.0))
+    made = scene(sky=SKY, fov=14.0, rr_depth=6, body=walks)
+    for seed in range(4):
+        assert np.isfinite(np.array(mi.render(made, spp=8192, seed=seed))).all()
+
+
 @pytest.mark.false_alarms(1e-3)
 def test_sky_and_what_it_is_sampled_by_are_one(chance, level):
     """The furnace to 0.2 %, where light comes by emitter sampling through the medium, too."""

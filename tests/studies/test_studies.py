@@ -17,6 +17,7 @@ NEEDED = {
     "gallery": ["folder"],
     "gravity": ["references", "folder"],
     "peer": ["references"],
+    "subsurface-corpus": ["folder"],
     "peer-corpus": ["references", "corpus", "assets"],
     "scaling": ["units"],
 }

@@ -181,7 +181,7 @@ def test_angular_map(tmp_path):
 
 def test_sss_dipole():
     """Jensen's profile without a limit of the radius, or the program's with one."""
-    found = both(OFF + SSS + "MATERIAL_SYMBOL\nApple\n")
+    found = both(OFF + SSS + "BSSRDF\n1\nMATERIAL_SYMBOL\nApple\n")
     profiles = [translation.scene["integrator"]["profile"] for translation in found]
     assert profiles == ["standard", "directional"]
     ends = [translation.scene["object_3"]["bsdf"]["r_max"] for translation in found]
@@ -198,7 +198,7 @@ def test_mlt():
 
 def test_sss_radius():
     """No limit, or the program's, by default; one that a file sets counts in both."""
-    apple = OFF + SSS + "MATERIAL_SYMBOL\nApple\n"
+    apple = OFF + SSS + "BSSRDF\n1\nMATERIAL_SYMBOL\nApple\n"
     program = 1.25 * (np.log(1e4) / (1.97 + 0.046)) ** 0.5
     for more, ends in (("", (0, program)), ("MATERIAL_R_MAX\n2\n", (2 * program,) * 2)):
         for translation, end in zip(both(apple + more), ends, strict=True):

@@ -175,8 +175,8 @@ def test_which_way(lines, dipole):
 def test_search_radius(lines, factor):
     """The manual's formula where a file sets `MATERIAL_R_MAX`, with the least sigma_t' of the three
     channels, here that of red: 2 (1 - 0.5) + 0.1; no limit elsewhere."""
-    text = BALL + "reflection Subsurface_Scattering\nSCATTERING\n0\n2 4 6\nABSORBING\n0\n"
-    bsdf = scene(text + "0.1 0.1 0.1\nPAHASE\n0.5\n" + lines)["object_1"]["bsdf"]
+    text = BALL + "reflection Subsurface_Scattering\nBSSRDF\n1\nSCATTERING\n0\n2 4 6\n"
+    bsdf = scene(text + "ABSORBING\n0\n0.1 0.1 0.1\nPAHASE\n0.5\n" + lines)["object_1"]["bsdf"]
     assert bsdf["r_max"] == pytest.approx(factor * 1.25 * np.sqrt(np.log(1e4) / 1.1))
     assert (bsdf["level"], bsdf["g"]["value"]) == (-1, [0.5, 0.5, 0.5])
 
@@ -433,7 +433,9 @@ def test_the_dipole_is_simulated_around_the_camera(translated, tmp_path, shape):
     (tmp_path / "cube.obj").write_text(CUBE_FILE)
     for z, kind in ((0, "randomwalk"), (9, "dipole")):
         text = f"CAMERA_POS\n0 0 {z}\n\nCAMERA_DIR\n0 0 -1\n\nOBJECT\n{shape}\n"
-        result = translated(text + "reflection Subsurface_Scattering\nMATERIAL_SYMBOL\nMarble\n")
+        result = translated(
+            text + "reflection Subsurface_Scattering\nBSSRDF\n1\nMATERIAL_SYMBOL\nMarble\n"
+        )
         assert result.plan.integrator == kind
         noted = any("the camera is inside" in r.note for r in result.document.lines.all)
         assert noted == (z == 0)

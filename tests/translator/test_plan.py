@@ -153,7 +153,7 @@ SCENES = {
         32,
     ),
     "marble": (
-        BALL + "reflection Subsurface_Scattering\nMATERIAL_SYMBOL\nMarble\n",
+        BALL + "reflection Subsurface_Scattering\nBSSRDF\n1\nMATERIAL_SYMBOL\nMarble\n",
         RGB,
         "dipole",
         "perspective",

@@ -72,7 +72,7 @@ def test_each_scene_gets_the_methods_that_can_render_it(staged):
 def test_subsurface_scattering_is_diffused_or_simulated(staged):
     """What knows neither is no method; the others render what they need, whatever the plan."""
     dipoles = ["dipole", "dipole-directional", "dipole-normalized"]
-    diffused, simulated = staged(objects=MILK), staged(objects=MILK + "BSSRDF\n0\n")
+    diffused, simulated = (staged(objects=MILK + f"BSSRDF\n{flag}\n") for flag in (1, 0))
     assert names(diffused) == ["simulation", *dipoles, *CHAINS]
     assert names(simulated)[:6] == ["volpath", "volpathmis", "randomwalk", *dipoles]
     for stage in (diffused, simulated):
