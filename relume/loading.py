@@ -312,7 +312,7 @@ def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
     paths = planned.get("paths", planned)
     if name in METROPOLIS:
         return {"type": name, "paths": paths}
-    depths = {"max_depth": -1, "rr_depth": paths.get("rr_depth", 5)}
+    depths = {"max_depth": -1} | {key: paths[key] for key in ("rr_depth",) if key in paths}
     errors = []
     for parameters in (depths, {"max_depth": -1}, {}):
         entry = {"type": name} | parameters

@@ -155,6 +155,7 @@ def integrator(
         kind, reason = "surfacepath", "glass with dispersion: one wavelength for each path"
     else:
         kind, reason = "surfacepath", "no medium"
+    asked = document.lines.is_set("depth")
     if dispersive and media and not inside:
         # The stock ones part the wavelengths at each refraction, without bias.
         kind = "volpathmis"
@@ -164,6 +165,8 @@ def integrator(
         result["profile"] = profile
     result, why = wrapped(result)
     reason += why
+    if result["type"] == "surfacepath" and not (asked or metropolis(document)):
+        del result["rr_depth"]  # the plugin's own: it starts where it costs least
     if "shadowcatcher" in types:
         reason += "; wrapped by shadowcatching for shadow"
         result = {"type": "shadowcatching", "integrator": result}

@@ -67,7 +67,7 @@ def tracer(kind: str, **parameters: Any) -> Callable[[Entry], Entry]:
     """An integrator of type `kind` with the planned depths and parameters of its own."""
 
     def integrator(planned: Entry) -> Entry:
-        depths = {"max_depth": planned.get("max_depth", -1), "rr_depth": planned.get("rr_depth", 5)}
+        depths = {key: planned[key] for key in ("max_depth", "rr_depth") if key in planned}
         return {"type": kind} | depths | parameters
 
     return integrator
