@@ -301,9 +301,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 kept = dr.max(weight * vertex.weight) * dr.square(vertex.eta)
                 decides = (depth >= self.rr_depth) & ~passes
                 usual = usual_throughput(usual, β, η, depth, active_next & ~same_way, delta)
-                β, goes_on = russian_roulette(
-                    β, η, usual, kept, depth, decides, sampler.next_1d()
-                )
+                β, goes_on = russian_roulette(β, η, usual, kept, depth, decides, sampler.next_1d())
                 active = active_next & goes_on
 
                 # ------------------------- next hit -------------------------

@@ -30,7 +30,13 @@ from relume.session import (
 )
 from relume.translator import Document, Translation, files_read
 from relume.translator.diagnostics import SceneError
-from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
+from relume.translator.plan import (
+    METROPOLIS,
+    RenderPlan,
+    paths_of_chains,
+    samples,
+    with_samples,
+)
 from relume.turns import alone
 
 FALLBACK = "scalar_rgb"
@@ -311,7 +317,7 @@ def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
     """
     paths = planned.get("paths", planned)
     if name in METROPOLIS:
-        return {"type": name, "paths": paths}
+        return {"type": name, "paths": paths_of_chains(paths)}
     depths = {"max_depth": -1} | {key: paths[key] for key in ("rr_depth",) if key in paths}
     errors = []
     for parameters in (depths, {"max_depth": -1}, {}):
