@@ -10,7 +10,8 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers
+        study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers \
+        study-roulette
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -142,6 +143,11 @@ study-bdpt: setup
 study-samplers: setup
 	$(STUDY) nets
 	$(STUDY) samplers $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
+
+# make study-roulette CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
+# what it prints goes into docs/roulette.md
+study-roulette: setup
+	$(STUDY) roulette $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
 
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files
