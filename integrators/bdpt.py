@@ -133,7 +133,7 @@ def define() -> type[mi.AdjointIntegrator]:
     class BDPT(mi.AdjointIntegrator):
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
-            self.max_depth, self.rr_depth = path_depths(props, 2)
+            self.max_depth, self.rr_depth = path_depths(props, roulette=2)
             self.min_depth = whole(props, "min_depth", 1, Range(1))
             self.hide_emitters = flag(props, "hide_emitters", False)
             self.only = None  # the one way (s, t) that tests want to see, with the weight 1

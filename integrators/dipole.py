@@ -124,7 +124,7 @@ def define() -> type[mi.SamplingIntegrator]:
             mi.SamplingIntegrator.__init__(self, props)
             self.profile = choice(props, "profile", tuple(PROFILES))
             self.left_out = TRUNCATED_SHARE
-            self.max_depth, self.rr_depth = path_depths(props, 5)
+            self.max_depth, self.rr_depth = path_depths(props, roulette=5)
             self.path = mi.load_dict(
                 {
                     "type": "surfacepath",

@@ -122,7 +122,7 @@ def define() -> type[mi.SamplingIntegrator]:
 
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
-            self.max_depth, self.rr_depth = path_depths(props, self.roulette_from)
+            self.max_depth, self.rr_depth = path_depths(props, roulette=self.roulette_from)
             self.min_depth = whole(props, "min_depth", 1, Range(1))
 
         def with_depth_range(self, min_depth, max_depth):
