@@ -3,10 +3,11 @@
     python -m studies roulette CORPUS --asset-path FOLDER [--only SCENE ...]
 
 The scenes of the charts and two rooms of docs/metropolis, each by several rules in turn: their
-efficiency 1 / (relMSE x CPU-seconds) over that of the first rule, and the geometric mean over all
-scenes, with 95 % intervals. All are without bias, so the squared error is the variance between
-independent runs; relMSE = mean(variance / (R² + 0.01 mean(R)²)), R being a render of stock `path`
-with independent numbers of other seeds. In brackets is the mean of all runs over that of R.
+efficiency 1 / (relMSE x CPU-seconds) over that of the first rule, and the geometric means of the
+charts' scenes and of all, with 95 % intervals. All are without bias, so the squared error is the
+variance between independent runs; relMSE = mean(variance / (R² + 0.01 mean(R)²)), R being a render
+of stock `path` with independent numbers of other seeds. In brackets is the mean of all runs over
+that of R.
 """
 
 from pathlib import Path
@@ -106,19 +107,26 @@ def gains(result):
     return found
 
 
+def mean(found):
+    """The mean of independent values, and its standard error."""
+    values, errors = np.transpose(found)
+    return float(values.mean()), float(np.sqrt(np.sum(errors**2)) / len(errors))
+
+
 def row(title, found, means=None):
     """A line of the table."""
     cells = [title]
     for name, (value, error) in found.items():
-        gain = f"{np.exp(value):.2f} ± {np.exp(value) * 1.96 * error:.2f}"
-        cells.append(gain + (f" ({means[name]:.3f})" if means else ""))
+        gain = np.exp(value)
+        within = f" ± {gain * 1.96 * error:.2f}" if error else ""
+        cells.append(f"{gain:.2f}{within}" + (f" ({means[name]:.3f})" if means else ""))
     return f"| {' | '.join(cells)} |"
 
 
 def run(given):
     files = {name: given.corpus / f"{file}.txt" for name, file in SCENES.items() if given.corpus}
     print(f"| scene | {' | '.join(METHODS)} |\n|{'---|' * (len(METHODS) + 1)}", flush=True)
-    every = []
+    every = {}
     for name, path in (files | ROOMS).items():
         if given.only and name not in given.only:
             continue
@@ -126,8 +134,9 @@ def run(given):
         with open_session(translated(path, options), options) as session:
             register()
             result = measured(session, SPP.get(name, USUAL_SPP))
-        every.append(gains(result))
-        print(row(name, every[-1], {n: found[2] for n, found in result.items()}), flush=True)
-    of_all = {n: np.array([found[n] for found in every]) for n in METHODS}
-    mean = {n: (x[:, 0].mean(), np.hypot.reduce(x[:, 1]) / len(x)) for n, x in of_all.items()}
-    print(row("geometric mean", mean))
+        every[name] = gains(result)
+        print(row(name, every[name], {n: found[2] for n, found in result.items()}), flush=True)
+    for title, scenes in {"geometric mean of the charts": SCENES, "of all": every}.items():
+        of = [every[name] for name in scenes if name in every]
+        if of:
+            print(row(title, {method: mean([found[method] for found in of]) for method in METHODS}))
