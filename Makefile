@@ -11,7 +11,7 @@ STATE   = { pwd; cat $(PINS); }
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
         study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers \
-        study-subsurface-corpus
+        study-subsurface-corpus study-roulette
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -148,6 +148,11 @@ study-bdpt: setup
 study-samplers: setup
 	$(STUDY) nets
 	$(STUDY) samplers $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
+
+# make study-roulette CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
+# what it prints goes into docs/roulette.md
+study-roulette: setup
+	$(STUDY) roulette $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
 
 # What it prints goes into docs/files.md; readers that are not installed are left out.
 .PHONY: study-files

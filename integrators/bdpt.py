@@ -16,7 +16,7 @@ r"""Bidirectional path tracing with a cache of light vertices (``bdpt``)
      - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. Default: -1.
    * - ``rr_depth``
      - integer
-     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 2.
    * - ``hide_emitters``
      - boolean
      - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
@@ -174,7 +174,7 @@ def define() -> type[mi.AdjointIntegrator]:
     class BDPT(mi.AdjointIntegrator):
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
-            self.max_depth, self.rr_depth = path_depths(props)
+            self.max_depth, self.rr_depth = path_depths(props, roulette=2)
             self.min_depth = whole(props, "min_depth", 1, Range(1))
             self.hide_emitters = flag(props, "hide_emitters", False)
             self.merge_radius = number(props, "merge_radius", 0.0, NOT_NEGATIVE)

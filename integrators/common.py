@@ -14,6 +14,15 @@ from relume.parameters import POSITIVE, Range, whole
 NO_LIMIT = 0xFFFFFFFF
 """Depth that no path reaches."""
 
+DIM = 0.4
+"""Share of the usual throughput below which roulette ends paths."""
+
+FAINTEST = 0.1
+"""Usual throughput at least: what is darker is not worth longer paths."""
+
+MIRRORS = 8
+"""Scatterings by mirrors and glass at most by way of which a path sees what it shows."""
+
 LOSSLESS = 1 - 1e-5
 """Share of the light that a bounce keeps at least to count as one that loses nothing."""
 
@@ -101,11 +110,12 @@ def nesting() -> type[mi.SamplingIntegrator]:
     return _nesting(mi.variant())
 
 
-def path_depths(props: mi.Properties) -> tuple[int, int]:
+def path_depths(props: mi.Properties, roulette: int) -> tuple[int, int]:
     """Read the parameters ``max_depth`` and ``rr_depth`` of a path tracer.
 
     Args:
         props: `mi.Properties` of the integrator.
+        roulette: default of ``rr_depth``.
 
     Returns:
         Longest path, `NO_LIMIT` for none, and the depth from which Russian roulette ends paths.
@@ -114,7 +124,7 @@ def path_depths(props: mi.Properties) -> tuple[int, int]:
         ValueError: ``max_depth`` is below -1, or ``rr_depth`` below 1.
     """
     max_depth = whole(props, "max_depth", -1, Range(-1))
-    rr_depth = whole(props, "rr_depth", 5, POSITIVE)
+    rr_depth = whole(props, "rr_depth", roulette, POSITIVE)
     return max_depth if max_depth >= 0 else NO_LIMIT, rr_depth
 
 
@@ -125,9 +135,39 @@ def power_heuristic(pdf: mi.Float, other: mi.Float) -> mi.Float:
     return dr.select(dr.isfinite(w), w, 0)
 
 
+def usual_throughput(
+    usual: mi.Float,
+    throughput: mi.Spectrum,
+    eta: mi.Float,
+    depth: mi.UInt32,
+    scatters: mi.Bool,
+    delta: mi.Bool,
+) -> mi.Float:
+    """Return the throughput with which paths count as much as others of their pixel.
+
+    A pixel is about as bright as its paths have throughput where they first scatter widely, seen
+    straight or by way of mirrors and glass: paths over a dark surface count with a small one.
+
+    Args:
+        usual: ``mi.Float``, what was returned before the bounce; 0 at the sensor.
+        throughput: ``mi.Spectrum``, that of the bounce included.
+        eta: ``mi.Float``, product of the relative indices along the path.
+        depth: ``mi.UInt32``, length of the path.
+        scatters: ``mi.Bool``, whether it has scattered, and not passed a surface straight on.
+        delta: ``mi.Bool``, whether the bounce was that of a mirror or glass.
+
+    Returns:
+        ``mi.Float``; 0 as long as it is not known.
+    """
+    settles = scatters & (usual == 0) & (~delta | (depth >= MIRRORS))
+    here = dr.minimum(dr.max(throughput) * dr.square(eta), 1)
+    return dr.select(settles, dr.detach(here), usual)
+
+
 def russian_roulette(
     throughput: mi.Spectrum,
     eta: mi.Float,
+    usual: mi.Float,
     kept: mi.Float,
     depth: mi.UInt32,
     decides: mi.Bool,
@@ -135,12 +175,14 @@ def russian_roulette(
 ) -> tuple[mi.Spectrum, mi.Bool]:
     """End dim paths by chance, and make up for it in those that go on.
 
-    A path that survives has the throughput 1 / `eta`^2 or more. After a bounce that loses nothing
-    no path is certain to go on, or light between perfect mirrors would never end.
+    A path that survives has the throughput `DIM` u / `eta`^2 or more, u being `usual` or
+    `FAINTEST`. After a bounce that loses nothing no path is certain to go on, or light between
+    perfect mirrors would never end.
 
     Args:
         throughput: ``mi.Spectrum``, that of the bounce included.
         eta: ``mi.Float``, product of the relative indices along the path, whose square is no loss.
+        usual: ``mi.Float``, as `usual_throughput` has it.
         kept: ``mi.Float``, share of the light that the bounce keeps.
         depth: ``mi.UInt32``, length of the path.
         decides: ``mi.Bool``, which paths may end.
@@ -150,7 +192,8 @@ def russian_roulette(
         (throughput, whether the path goes on).
     """
     largest = dr.max(throughput)
-    survival = dr.minimum(largest * dr.square(eta), 1)
+    dim = DIM * dr.maximum(usual, FAINTEST)
+    survival = dr.minimum(largest * dr.square(eta) / dim, 1)
     patience = 1 - 2 / (mi.Float(depth) + PATIENCE)
     survival = dr.select(kept >= LOSSLESS, dr.minimum(survival, patience), survival)
     survival = dr.detach(survival)

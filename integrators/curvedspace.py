@@ -163,6 +163,7 @@ def define() -> type[mi.SamplingIntegrator]:
         L: mi.Spectrum
         β: mi.Spectrum
         η: mi.Float
+        usual: mi.Float
         depth: mi.UInt32
         seen: mi.Bool
         dispersed: mi.Bool
@@ -234,6 +235,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 L=mi.Spectrum(0),
                 β=mi.Spectrum(1),
                 η=mi.Float(1),
+                usual=mi.Float(0),
                 depth=mi.UInt32(0),
                 seen=mi.Bool(shows and any(self.environments(scenes))),
                 dispersed=mi.Bool(False),

@@ -94,6 +94,7 @@ from relume.integrators.common import (
     path_depths,
     power_heuristic,
     russian_roulette,
+    usual_throughput,
 )
 from relume.integrators.diffusion import NEGLIGIBLE_SHARE, PROFILES, TRUNCATED_SHARE, ExitPoint
 from relume.integrators.probing import find_entry
@@ -123,7 +124,7 @@ def define() -> type[mi.SamplingIntegrator]:
             mi.SamplingIntegrator.__init__(self, props)
             self.profile = choice(props, "profile", tuple(PROFILES))
             self.left_out = TRUNCATED_SHARE
-            self.max_depth, self.rr_depth = path_depths(props)
+            self.max_depth, self.rr_depth = path_depths(props, roulette=5)
             self.path = mi.load_dict(
                 {
                     "type": "surfacepath",
@@ -184,6 +185,7 @@ def define() -> type[mi.SamplingIntegrator]:
             L = mi.Spectrum(0)  # radiance
             β = mi.Spectrum(1)  # throughput
             η = mi.Float(1)  # product of the relative indices
+            usual = mi.Float(0)  # throughput with which paths count as much as others
             depth = mi.UInt32(0)
             seen = mi.Bool(not self.hide_emitters and scene.environment() is not None)
             pi = self.first_hit(scene, ray, active)
@@ -298,7 +300,8 @@ def define() -> type[mi.SamplingIntegrator]:
 
                 kept = dr.max(weight * vertex.weight) * dr.square(vertex.eta)
                 decides = (depth >= self.rr_depth) & ~passes
-                β, goes_on = russian_roulette(β, η, kept, depth, decides, sampler.next_1d())
+                usual = usual_throughput(usual, β, η, depth, active_next & ~same_way, delta)
+                β, goes_on = russian_roulette(β, η, usual, kept, depth, decides, sampler.next_1d())
                 active = active_next & goes_on
 
                 # ------------------------- next hit -------------------------

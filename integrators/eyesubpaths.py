@@ -10,7 +10,7 @@ import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators import misweights
-from relume.integrators.common import russian_roulette
+from relume.integrators.common import russian_roulette, usual_throughput
 from relume.integrators.lightvertices import LightCache
 from relume.integrators.merging import LightGrid, merged, unconnected
 from relume.integrators.misweights import Subpath
@@ -27,6 +27,7 @@ class EyePath:
     β: mi.Spectrum
     m: Subpath
     η: mi.Float
+    usual: mi.Float
     depth: mi.UInt32
     seen: mi.Bool
     dispersed: mi.Bool
@@ -79,6 +80,7 @@ def started(t: Transport, ray: mi.Ray3f) -> EyePath:
         β=mi.Spectrum(1),
         m=Subpath(dVCM, mi.Float(0), t.no_merges()),
         η=mi.Float(1),
+        usual=mi.Float(0),
         depth=mi.UInt32(0),
         seen=mi.Bool(t.scene.environment() is not None and not t.hide_emitters),
         dispersed=mi.Bool(False),
@@ -199,10 +201,11 @@ def step(
     path.β *= weight
     eta = dr.select(passes, 1, drawn.eta)
     path.η *= eta
+    path.usual = usual_throughput(path.usual, path.β, path.η, path.depth, ~passes, path.delta)
     kept = dr.max(weight) * dr.square(eta)
     decides = (path.depth >= t.rr_depth) & ~passes
     path.β, survives = russian_roulette(
-        path.β, path.η, kept, path.depth, decides, sampler.next_1d()
+        path.β, path.η, path.usual, kept, path.depth, decides, sampler.next_1d()
     )
     path.active = (goes_on | passes) & survives
 

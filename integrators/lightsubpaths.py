@@ -184,9 +184,8 @@ def step(
     path.edges = dr.select(passes, path.edges, edges)
     path.ray = si.spawn_ray(d)
     decides = met & ~passes & (path.edges >= t.rr_depth)
-    left, survives = russian_roulette(
-        path.β / path.bright, mi.Float(1), dr.max(weight), path.edges, decides, sampler.next_1d()
-    )
+    left, one, kept = path.β / path.bright, mi.Float(1), dr.max(weight)
+    left, survives = russian_roulette(left, one, one, kept, path.edges, decides, sampler.next_1d())
     path.β = left * path.bright
     path.active = (goes_on | passes) & ~stops & survives
 

@@ -172,6 +172,7 @@ def define() -> type[mi.SamplingIntegrator]:
 
     class RandomWalk(SurfacePath):
         plugin = "randomwalk"
+        roulette_from = 5
 
         def __init__(self, props):
             super().__init__(props)

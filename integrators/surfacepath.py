@@ -16,7 +16,7 @@ r"""Path tracer for surfaces (``surfacepath``)
      - Longest path: 1 shows emitters alone, 2 adds direct light; -1 for no limit. Default: -1.
    * - ``rr_depth``
      - integer
-     - Depth from which Russian roulette ends paths, 1 or more. Default: 5.
+     - Depth from which Russian roulette ends paths, 1 or more. Default: 2.
    * - ``hide_emitters``
      - boolean
      - Leave out emitters that are seen directly: rays from the sensor pass through their shapes
@@ -46,13 +46,17 @@ variants and in scenes that disperse.
 
 **Roulette** lets a path live with the probability
 
-.. math:: q = \min(1, \eta^2 \max_\lambda \beta_\lambda)
+.. math:: q = \min\Bigl(1, \frac{\eta^2 \max_\lambda \beta_\lambda}{0.4\,u}\Bigr)
 
 of its throughput :math:`\beta` and the product :math:`\eta` of the relative indices that it has
-crossed: the throughput of what survives is 1, so that a closed room of any albedo a below 1 has its
-radiance :math:`1/(1 - a)` from paths of :math:`1/(1 - a)` bounces on average. (``path`` ends one in
+crossed. A path counts in its pixel as far as its throughput is that of the others there: u is
+:math:`\eta^2 \max_\lambda \beta_\lambda` after the first scattering that is none of a mirror or
+of glass, at the latest after the eighth, from 0.1 to 1, so that what is seen of dark things has
+paths as long as what is seen of bright ones (``make study-roulette``). The throughput of what
+survives is 0.4 u or more, so that a closed room of any albedo a below 1 has its
+radiance :math:`1/(1 - a)` from paths of about :math:`1/(1 - a)` bounces. (``path`` ends one in
 twenty bounces at least; the weight of the others grows without bound.) After a bounce that loses
-less than a part in 100 000 it is at most :math:`1 - 2/(n + 256)` at depth n, or light between
+less than a part in 100 000 q is at most :math:`1 - 2/(n + 256)` at depth n, or light between
 perfect mirrors would never end: of paths that lose nothing a share of about
 :math:`(1 + n/256)^{-2}` is left after n bounces. Nothing is cut off, and the mean stays right.
 
@@ -80,7 +84,13 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
-from relume.integrators.common import NO_LIMIT, path_depths, power_heuristic, russian_roulette
+from relume.integrators.common import (
+    NO_LIMIT,
+    path_depths,
+    power_heuristic,
+    russian_roulette,
+    usual_throughput,
+)
 from relume.integrators.seethrough import Surfaces
 from relume.parameters import Range, whole
 
@@ -96,6 +106,7 @@ def define() -> type[mi.SamplingIntegrator]:
         L: mi.Spectrum
         β: mi.Spectrum
         η: mi.Float
+        usual: mi.Float
         depth: mi.UInt32
         seen: mi.Bool
         dispersed: mi.Bool
@@ -107,10 +118,11 @@ def define() -> type[mi.SamplingIntegrator]:
     class SurfacePath(mi.SamplingIntegrator):
         plugin = "surfacepath"
         state = Path
+        roulette_from = 2
 
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
-            self.max_depth, self.rr_depth = path_depths(props)
+            self.max_depth, self.rr_depth = path_depths(props, roulette=self.roulette_from)
             self.min_depth = whole(props, "min_depth", 1, Range(1))
 
         def with_depth_range(self, min_depth, max_depth):
@@ -142,6 +154,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 L=mi.Spectrum(0),
                 β=mi.Spectrum(1),
                 η=mi.Float(1),
+                usual=mi.Float(0),
                 depth=mi.UInt32(0),
                 seen=mi.Bool(shows),
                 dispersed=mi.Bool(False),
@@ -270,10 +283,13 @@ def define() -> type[mi.SamplingIntegrator]:
             """Take a step's weight into the path, and end it in proportion to what is left."""
             path.β *= weight
             path.η *= eta
+            path.usual = usual_throughput(
+                path.usual, path.β, path.η, path.depth, ~passes, path.delta
+            )
             kept = dr.max(weight) * dr.square(eta)
             decides = (path.depth >= self.rr_depth) & ~passes
             path.β, survives = russian_roulette(
-                path.β, path.η, kept, path.depth, decides, sampler.next_1d()
+                path.β, path.η, path.usual, kept, path.depth, decides, sampler.next_1d()
             )
             path.active = (goes_on | passes) & survives
 

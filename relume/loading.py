@@ -31,7 +31,13 @@ from relume.session import (
 from relume.translator import Document, Translation, files_read
 from relume.translator.diagnostics import SceneError
 from relume.translator.media import with_method
-from relume.translator.plan import METROPOLIS, RenderPlan, samples, with_samples
+from relume.translator.plan import (
+    METROPOLIS,
+    RenderPlan,
+    paths_of_chains,
+    samples,
+    with_samples,
+)
 from relume.turns import alone
 
 FALLBACK = "scalar_rgb"
@@ -320,8 +326,8 @@ def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
     if name == paths.get("type"):
         return paths
     if name in METROPOLIS:
-        return {"type": name, "paths": paths}
-    depths = {"max_depth": -1, "rr_depth": paths.get("rr_depth", 5)}
+        return {"type": name, "paths": paths_of_chains(paths)}
+    depths = {"max_depth": -1} | {key: paths[key] for key in ("rr_depth",) if key in paths}
     errors = []
     for parameters in (depths, {"max_depth": -1}, {}):
         entry = {"type": name} | parameters

@@ -112,7 +112,9 @@ class Document(Displayed):
         section="2",
     )
     depth: float = below(
-        "DEPTH", NUMBER, 1, 8.0, "Path depth up to which no path is ended by roulette.",
+        "DEPTH", NUMBER, 1, 8.0,
+        "Path depth up to which roulette ends no path. Without it those that tell least may end "
+        "from their second bounce on.",
         low=0, section="13.2", in_manual=False,
     )
     depth_limit: float = below(

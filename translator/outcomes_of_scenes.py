@@ -11,7 +11,8 @@ OUTCOMES = table((
      "Nothing to do: roulette ends long paths without changing the mean."),
     ("roulette-depth", "translated", "13.2", "sets in after this depth",
      "The mean stays the same; a larger depth costs time and takes noise away.",
-     "Raise DEPTH where light is reflected or scattered very often."),
+     "Leave DEPTH out where no medium scatters light: path tracers then end the paths that tell "
+     "least, and are fastest."),
     ("lights-always-sampled", "translated", "13.3",
      "lights are always sampled; the mean picture is the same",
      "Less noise, the same mean.", "Nothing to do."),

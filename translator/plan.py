@@ -55,6 +55,9 @@ SENSOR_REASONS = {
 METROPOLIS = ("pssmlt", "erpt")
 """Integrators that take their paths from another one, nested under the name `paths`."""
 
+LATE = 9
+"""Depth from which roulette ends the paths of chains where a scene asks for none."""
+
 MUTATIONS = 32
 """Mutations of a pixel in each run where a scene asks for none or fewer (language 13.6)."""
 
@@ -105,6 +108,19 @@ def samples_reason(document: Document) -> str:
 def bootstrap(document: Document) -> float:
     """Uniform samples to each mutation of `pssmlt`: those of mlt_sample, or `BOOTSTRAP` if more."""
     return max(BOOTSTRAP, document.mlt_sample / mutations(document))
+
+
+def paths_of_chains(integrator: Entry) -> Entry:
+    """The path tracer that chains take their paths from: its roulette sets in late, at `LATE`.
+
+    Chains lose by early roulette, from which independent samples gain: `docs/roulette.md`.
+
+    Args:
+        integrator: dictionary of the path tracer, or of what it is nested in.
+    """
+    parts = {key: paths_of_chains(x) for key, x in integrator.items() if isinstance(x, dict)}
+    late = {"rr_depth": LATE} if integrator.get("type") == "surfacepath" else {}
+    return late | integrator | parts
 
 
 def metropolis_integrator(
@@ -164,6 +180,8 @@ def integrator(
         result["profile"] = profile
     result, why = wrapped(result)
     reason += why
+    if result["type"] == "surfacepath" and not document.lines.is_set("depth"):
+        del result["rr_depth"]  # the plugin's own: it starts where it costs least
     if "shadowcatcher" in types:
         reason += "; wrapped by shadowcatching for shadow"
         result = {"type": "shadowcatching", "integrator": result}
@@ -177,7 +195,7 @@ def integrator(
             "integrator": result,
         }
     if metropolis(document):
-        return metropolis_integrator(document, dialect, result, reason)
+        return metropolis_integrator(document, dialect, paths_of_chains(result), reason)
     return result, reason
 
 

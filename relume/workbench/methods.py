@@ -22,7 +22,7 @@ from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
 from relume.translator.outcomes import OUTCOMES
-from relume.translator.plan import plugin_types
+from relume.translator.plan import paths_of_chains, plugin_types
 from relume.translator.scene_values import to_mitsuba
 from relume.workbench.renders import MitsubaIntegrator, MitsubaScene
 
@@ -67,7 +67,7 @@ def tracer(kind: str, **parameters: Any) -> Callable[[Entry], Entry]:
     """An integrator of type `kind` with the planned depths and parameters of its own."""
 
     def integrator(planned: Entry) -> Entry:
-        depths = {"max_depth": planned.get("max_depth", -1), "rr_depth": planned.get("rr_depth", 5)}
+        depths = {key: planned[key] for key in ("max_depth", "rr_depth") if key in planned}
         return {"type": kind} | depths | parameters
 
     return integrator
@@ -364,7 +364,7 @@ class Stage:
         paths = paths_of(scene["integrator"])
         integrator = with_innermost(paths, method.integrator(innermost(paths)))
         if method.chains is not None:
-            integrator = method.chains | {"paths": integrator}
+            integrator = method.chains | {"paths": paths_of_chains(integrator)}
         return dataclasses.replace(result, scene=scene | {"integrator": integrator})
 
     def load(self, method: Method) -> tuple[MitsubaScene, MitsubaIntegrator]:

@@ -290,7 +290,7 @@ def derivative(scene, suffix, seed=5):
 def test_derivatives_are_those_of_prb(parameter):
     """The same numbers from the same seed, forward and backward."""
     a, b = (
-        derivative(cornell(WARD, name, size=4, max_depth=3), parameter)
+        derivative(cornell(WARD, name, size=4, max_depth=3, rr_depth=4), parameter)
         for name in ("prb", "surfacepath")
     )
     assert b == pytest.approx(a, rel=1e-3)

@@ -245,6 +245,20 @@ def test_roulette(depth, start):
     assert scene["integrator"] == {"type": "surfacepath", "max_depth": -1, "rr_depth": start}
 
 
+@pytest.mark.parametrize(
+    ("lines", "start"),
+    [
+        ("", None),
+        ("metropolisTransport\n1\n", 9),
+        ("participatingMedia\n1\nSCATTERING\n0\n.1 .1 .1\n", 9),
+    ],
+)
+def test_roulette_of_files_that_ask_for_none(lines, start):
+    """Path tracers start it where it costs least; chains and media from the program's depth on."""
+    integrator = translate(read_text(lines, environ={})).scene["integrator"]
+    assert integrator.get("paths", integrator).get("rr_depth") == start
+
+
 def test_samples_asked_for_keep_the_share_of_the_bootstrap():
     """Three of `mlt_sample` to five mutations, whatever number of samples replaces them."""
     document = read_text("metropolisTransport\n1\nmutation\n5\nmlt_sample\n3\n", environ={})
