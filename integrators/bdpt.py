@@ -57,11 +57,11 @@ no points of itself) and cameras that are no pinhole (a lens) are left to the ot
 weights then are those of path tracing, or of path tracing with connections.
 Media are not rendered, and there are no derivatives: take ``surfacepath``, or ``prb``.
 
-**Numbers.** Where the sensor has the sampler ``owen``, paths of the camera draw from it, as all
-renders of relume do; subpaths of the lamps draw independent numbers. Light that arrives at the film from lamps is summed in integers, so the picture
-depends on scene, parameters, seed and samples alone, bit for bit. Positions on
-the film are drawn from its reconstruction filter, with signs. In spectral variants a
-render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
+**Numbers.** Paths of the camera draw from the sensor's sampler, and from ``owen`` in all renders of
+relume; subpaths of the lamps draw independent numbers. Light that arrives at the film from lamps is
+summed in integers, so the picture depends on scene, parameters, seed and samples alone, bit for
+bit. Positions on the film are drawn from its reconstruction filter, with signs. In spectral
+variants a render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
 
 **Limits.** Caustics seen in mirrors and through glass are as hard to find as for a path tracer, and
 those of lamps without size are missing there. Light of meshes with smooth normals that shine is

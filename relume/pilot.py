@@ -5,10 +5,13 @@ pictures, in independent parts. It is deterministic in scene and seed: the numbe
 fixed and the cost of a sample is a constant, so all parts of a render choose alike, wherever they
 run.
 
-The few brightest samples, which a short render meets by chance or misses, must not decide: the
-error of a pixel counts at most `CUT` times what is usual in the picture. What is rare for one
-candidate alone makes its picture noisy all over in parts that it does see; what is rare for all of
-them, such as caustics seen in mirrors, is cut off for all.
+Rare bright samples, which a short render meets by chance or misses, must not decide. Pixels of the
+parts are therefore clipped at T above what their surroundings have, and two things make the error
+of a candidate: the variance of the clipped parts, and, if another candidate's clipped parts have
+more light by D, at least D T besides. For light that comes in values X above T only has
+E[X²] ≥ T E[X]: what `bdpt` finds evenly and `surfacepath` as single bright pixels counts against
+the latter, whether the pilot meets such a pixel or not. Light that is rare for all of them, such as
+caustics seen in mirrors, is cut off for all.
 """
 
 from __future__ import annotations
@@ -39,8 +42,16 @@ PARTS = 4
 PIXELS, BLOCK = 64 * 48, 8
 """Pixels of a pilot, about, and sides of the blocks in which the picture is known by then."""
 
-CUT = 20.0
-"""Largest error of a pixel that counts, over the median of the blocks'."""
+CUT = 50.0
+"""T² over the usual variance of a pixel, the median of the blocks'. Of the thirteen scenes of
+docs/efficiency.md all are chosen rightly from 20 to 100, by each of ten seeds."""
+
+SIGMAS = 4.54
+"""Standard errors of the light D that are taken off, or chance would count as missing light: the
+parts exceed them once in a hundred times (Student's t of three degrees of freedom)."""
+
+TINY = 1e-30
+"""What keeps black pictures, and such without noise, from dividing by 0."""
 
 PURPOSE = 1
 """What sets the seeds of pilots apart from those of renders."""
@@ -123,12 +134,11 @@ def decided(errors: dict[str, float], candidates: Sequence[str]) -> tuple[str, s
         candidates: the first is taken unless another one is better.
     """
     times = {name: errors[name] * COST[name] for name in candidates}
-    best = min(candidates, key=times.__getitem__)
-    other = min((name for name in candidates if name != best), key=times.__getitem__)
+    best, other = sorted(candidates, key=times.__getitem__)[:2]
     if times[other] == times[best]:
         return best, f"{best}: a pilot found no difference"
     gain = times[other] / times[best] if times[best] else math.inf
-    return best, f"{best}: in a pilot {other} needs {gain:.2g} times its time for the same noise"
+    return best, f"{best}: by a pilot {other} takes {gain:.2g} times as long for the same noise"
 
 
 def measured(scene: Scene, translation: Translation, options: RenderOptions) -> dict[str, float]:
@@ -148,9 +158,7 @@ def measured(scene: Scene, translation: Translation, options: RenderOptions) -> 
         for part in range(PARTS):
             own = np.random.SeedSequence(options.seed, spawn_key=(PURPOSE, part))
             seed = int(own.generate_state(1, np.uint64)[0])
-            session = Session(
-                scene, spp, seed, integrator, sampler=options.sampler, sensor=sensor
-            )
+            session = Session(scene, spp, seed, integrator, sampler=options.sampler, sensor=sensor)
             for _ in session.run():
                 pass
             parts.append(session.image())
@@ -167,29 +175,32 @@ def small_sensor(sensor: Entry, plan: RenderPlan) -> Entry:
 
 
 def errors_of(pictures: dict[str, np.ndarray]) -> dict[str, float]:
-    """relMSE of a sample by each candidate, without the brightest pixels.
+    """relMSE of a sample by each candidate, as far as a pilot can tell it (see above).
 
     Args:
         pictures: by candidate, (parts, height, width, 3), with `SAMPLES` samples of a pixel.
     """
     R = spread(reference(pictures))
-    weight = 1 / (R**2 + 0.01 * R.mean() ** 2)
-    found = {}
+    weight = 1 / (R**2 + 0.01 * R.mean() ** 2 + TINY)
+    T, clipped = {}, {}
     for name, parts in pictures.items():
-        errors = (parts.var(0, ddof=1) * weight).mean(-1)
-        usual = np.median(blocks(errors[..., None]))
-        found[name] = float(np.minimum(errors, CUT * usual).mean()) * SAMPLES[name]
+        errors = (parts.var(0, ddof=1) * weight).mean(-1, keepdims=True)
+        T[name] = np.sqrt(CUT * np.median(blocks(errors)) / weight)
+        clipped[name] = np.minimum(parts, R + T[name])
+    found = {}
+    for name, parts in clipped.items():
+        error = (parts.var(0, ddof=1) * weight).mean()
+        lacks = [((other - parts) * T[name] * weight).mean((1, 2, 3)) for other in clipped.values()]
+        error += max(0.0, *(x.mean() - SIGMAS * x.std(ddof=1) / PARTS**0.5 for x in lacks))
+        found[name] = float(error) * SAMPLES[name]
     return found
 
 
 def reference(pictures: dict[str, np.ndarray]) -> np.ndarray:
-    """The mean picture in blocks, of all candidates, weighted by how steady they are."""
-    means = {name: blocks(parts) for name, parts in pictures.items()}
-    noise = {name: found.var(0, ddof=1).mean() for name, found in means.items()}
-    # Without any noise they are equal.
-    weights = {name: 1 / max(value, 1e-30) for name, value in noise.items()}
-    total = sum(weights.values())
-    return np.sum([weights[name] / total * means[name].mean(0) for name in means], axis=0)
+    """What blocks of the picture have, by the candidate that finds most light evenly."""
+    medians = [np.median(blocks(parts), axis=0) for parts in pictures.values()]
+    found: np.ndarray = np.max(medians, axis=0)
+    return found
 
 
 def blocks(pictures: np.ndarray) -> np.ndarray:

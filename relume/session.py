@@ -180,17 +180,19 @@ def samples_rays(integrator: Integrator) -> bool:
     return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
 
 
-def sequence_of(which: int, first: int, seed: int, pixel: Any, sample: Any) -> Any:
+def sequence_of(which: Any, first: Any, seed: int, pixel: Any, sample: Any) -> Any:
     """A sampler with points of one of the two sequences of pixels.
 
     Args:
         which: of the two.
         first: the point from which samples count.
         seed: of the sequences.
-        pixel, sample: ``mi.UInt32`` of each lane.
+        pixel: ``mi.UInt32``, of each lane.
+        sample: ``mi.UInt32``, counted from 0.
     """
     sampler = mi.load_dict({"type": "owen"})
-    sampler.start(2 * pixel + dr.opaque(mi.UInt32, which), sample + dr.opaque(mi.UInt32, first), seed)
+    which, first = (dr.opaque(mi.UInt32, x) for x in (which, first))
+    sampler.start(2 * pixel + which, sample + first, seed)
     return sampler
 
 
