@@ -3,7 +3,6 @@
 import dataclasses
 import io
 
-import mitsuba as mi
 import numpy as np
 import pytest
 from rich.console import Console
@@ -12,6 +11,7 @@ from relume import checkpoint, fingerprint, metadata, passes, passes_file, pilot
 from relume.cluster import serialization, worker
 from relume.loading import load_scene, open_session
 from relume.options import RenderOptions
+from relume.session import variant_context
 from relume.translator import read_text, translate
 
 BOX = """\
@@ -140,7 +140,7 @@ def test_the_better_one_is_chosen(text, name):
 
 def test_a_pilot_gives_the_same_numbers_again():
     found = translated(SMALL)
-    with mi.variant_context("llvm_ad_rgb"):
+    with variant_context("llvm_ad_rgb"):
         measured = [pilot.measured(load_scene(found), found, RenderOptions(seed=3)) for _ in "ab"]
     assert measured[0] == measured[1]
 
