@@ -121,6 +121,13 @@ def test_light_that_is_rare_for_both_does_not_decide(seen, seed):
     assert better(*found) == pytest.approx(0.01 * 16 / (0.02 * 8) / pilot.COST["bdpt"], rel=0.05)
 
 
+@pytest.mark.parametrize("error, name", [(0.5, "surfacepath"), (0.4, "bdpt")])
+def test_the_cost_of_a_sample_counts(error, name):
+    """2.2 samples of `surfacepath` take as long as one of `bdpt`."""
+    best, why = pilot.decided({"surfacepath": 1.0, "bdpt": error}, ("surfacepath", "bdpt"))
+    assert best == name and " takes 1.1 times as long" in why
+
+
 def test_black_pictures_have_no_better_candidate():
     black = np.zeros((pilot.PARTS, 48, 64, 3))
     errors = pilot.errors_of({"surfacepath": black, "bdpt": black})
