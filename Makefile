@@ -10,8 +10,8 @@ STATE   = { pwd; cat $(PINS); }
 .PHONY: setup install demo test lint clean study-materials study-lights study-subsurface \
         study-gallery study-stability study-charts study-compare study-calibration study-mutations \
         study-media study-references study-convergence study-peer study-peer-corpus \
-        study-scaling study-metropolis study-gravity study-curved-space study-bdpt study-samplers \
-        study-subsurface-corpus study-roulette
+        study-scaling study-metropolis study-gravity study-curved-space study-merging study-samplers \
+        study-subsurface-corpus study-roulette study-efficiency
 
 # Nothing to do while the interpreter runs and the set-up was finished here with these very pins.
 setup:
@@ -138,10 +138,14 @@ study-metropolis: setup
 	$(STUDY) metropolis $(if $(CORPUS),'$(CORPUS)')
 	$(STUDY) metropolis-agreement $(if $(CORPUS),'$(CORPUS)')
 
+# make study-efficiency CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
+# 25 minutes; without CORPUS two rooms alone. Timed: nothing else should run.
+study-efficiency: setup
+	$(STUDY) efficiency $(if $(CORPUS),'$(CORPUS)' --asset-path '$(ASSETS)')
+
 # As study-metropolis; the figures of the page are rough where something else runs.
-study-bdpt: setup
-	$(STUDY) bdpt $(if $(CORPUS),'$(CORPUS)')
-	$(STUDY) bdpt --merging $(if $(CORPUS),'$(CORPUS)')
+study-merging: setup
+	$(STUDY) merging $(if $(CORPUS),'$(CORPUS)')
 
 # make study-samplers CORPUS="folder of scene files" ASSETS="folder of their meshes and pictures";
 # what it prints goes into docs/samplers.md, the matrices into samplers/nets.py

@@ -22,7 +22,7 @@ extensions = [
     "plugin_pages",
     "whole_pages",
 ]
-exclude_patterns = ["_ext", "bdpt", "metropolis"]
+exclude_patterns = ["_ext", "efficiency", "metropolis"]
 default_role = "plain-code"
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]

@@ -77,10 +77,11 @@ no points of itself) and cameras that are no pinhole (a lens) are left to the ot
 weights then are those of path tracing, or of path tracing with connections.
 Media are not rendered, and there are no derivatives: take ``surfacepath``, or ``prb``.
 
-**Numbers.** Light that arrives at the film from lamps is summed in integers, so the picture
-depends on scene, parameters, seed and samples alone, bit for bit. Positions on
-the film are drawn from its reconstruction filter, with signs. In spectral variants a
-render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
+**Numbers.** Paths of the camera draw from the sensor's sampler, and from ``owen`` in all renders of
+relume; subpaths of the lamps draw independent numbers. Light that arrives at the film from lamps is
+summed in integers, so the picture depends on scene, parameters, seed and samples alone, bit for
+bit. Positions on the film are drawn from its reconstruction filter, with signs. In spectral
+variants a render has 32 sets of wavelengths evenly spread, shared by a 32nd of all subpaths each.
 
 **Limits.** Without merging, caustics seen in mirrors and through glass are as hard to find as for a
 path tracer, and those of lamps without size are missing there. Rough glass and mirrors in front of
@@ -172,6 +173,8 @@ def define() -> type[mi.AdjointIntegrator]:
     """Return the plugin's class for the variant in use."""
 
     class BDPT(mi.AdjointIntegrator):
+        takes_points = True  # `render_image` draws from the sampler that it is given
+
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
             self.max_depth, self.rr_depth = path_depths(props, roulette=2)
@@ -206,8 +209,17 @@ def define() -> type[mi.AdjointIntegrator]:
             film.schedule_storage()
             return mi.TensorXf()
 
-        def render_image(self, scene, sensor, seed, spp):
-            """Mean colours and alpha: (pixels, 4) float64."""
+        def render_image(self, scene, sensor, seed, spp, points=None):
+            """Mean colours and alpha: (pixels, 4) float64.
+
+            Args:
+                scene: `mi.Scene`.
+                sensor: its sensor.
+                seed: non-negative integer.
+                spp: samples of a pixel.
+                points: from the pixel of each lane and the number of its sample, both
+                    ``mi.UInt32``, to the sampler of the camera's paths; None for the sensor's.
+            """
             film = sensor.film()
             width, height = (int(x) for x in film.crop_size())
             pixels = width * height
@@ -222,7 +234,9 @@ def define() -> type[mi.AdjointIntegrator]:
                 radius = radius_of(self.merge_radius, before + launch)
                 own = np.random.SeedSequence((seed, launch)).generate_state(2)
                 seeds = [int(x) for x in own]
-                sums += count * self.launch(transport, sensor, pilot, seeds, count, radius)
+                samples = range(first, first + count)
+                found = self.launch(transport, sensor, pilot, seeds, samples, points, radius)
+                sums += count * found
             return sums / spp
 
         def pilot(self, transport, sensor):
@@ -259,11 +273,12 @@ def define() -> type[mi.AdjointIntegrator]:
             shift = np.random.default_rng(seed).random()
             return (mi.Float(group) + dr.opaque(mi.Float, shift)) / GROUPS
 
-        def launch(self, transport, sensor, pilot, seeds, spp, radius):
-            """Mean colours and alpha by `spp` samples of each pixel: (pixels, 4).
+        def launch(self, transport, sensor, pilot, seeds, samples, points, radius):
+            """Mean colours and alpha by a range of the samples of each pixel: (pixels, 4).
 
             Vertices are merged in a radius in pixels.
             """
+            spp = len(samples)
             film = sensor.film()
             width, height = (int(x) for x in film.crop_size())
             pixels = width * height
@@ -288,15 +303,19 @@ def define() -> type[mi.AdjointIntegrator]:
 
             # -------------------------- from the camera --------------------------
 
-            sampler = sensor.sampler().clone()
-            sampler.set_sample_count(spp)
-            sampler.set_samples_per_wavefront(spp)
-            sampler.seed(seeds[1], pixels * spp)
             per_pixel, columns, seed = (
                 dr.opaque(mi.UInt32, x) for x in (spp, width, seeds[1] & 0xFFFFFFFF)
             )
             lane = dr.arange(mi.UInt32, pixels * spp)
             pixel = lane // per_pixel
+            if points is None:
+                sampler = sensor.sampler().clone()
+                sampler.set_sample_count(spp)
+                sampler.set_samples_per_wavefront(spp)
+                sampler.seed(seeds[1], pixels * spp)
+            else:
+                first = dr.opaque(mi.UInt32, samples.start)
+                sampler = points(pixel, lane - pixel * per_pixel + first)
             y = pixel // columns
             corner = mi.Point2f(pixel - y * columns, y)
             within, sign = splats.filter.place(corner, sampler.next_2d(), splats.size)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relume import translator
+from relume import pilot, translator
 from relume.loading import (
     SceneSource,
     for_mitsuba,
@@ -154,7 +154,8 @@ def render(
     limit = TimeLimit(time_limit)
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise TypeError(f"progress: expected True or a function, found {kind_of(progress)}")
-    with open_session(translated(scene, options), options) as session:
+    choice = pilot.choice(translated(scene, options), options)
+    with open_session(choice.translation, choice.options, scene=choice.scene) as session:
         with _telling(progress, session) as tell:
             for step in session.run():
                 tell(step)

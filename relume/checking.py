@@ -217,6 +217,7 @@ def _print_plan(plan: dict[str, Any], console: Console) -> None:
         f"  plan: {plan['width']}x{plan['height']}, {plan['spp']} spp ({escape(reasons['spp'])})\n"
         f"    variant    {plan['variant']}: {escape(reasons['variant'])}\n"
         f"    integrator {plan['integrator']}: {escape(reasons['integrator'])}\n"
+        f"    candidates {', '.join(plan['candidates'])}: {escape(reasons['candidates'])}\n"
         f"    sensor     {plan['sensor']}: {escape(reasons['sensor'])}\n"
         f"    plugins    {', '.join(plan['plugins']) or 'none of relume'}"
     )

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
-from relume import developing, fingerprint, metadata, output
+from relume import developing, fingerprint, metadata, output, pilot
 from relume.checking import files_below
 from relume.contact_sheet import write_sheet
 from relume.denoising import MARK, marked
@@ -259,12 +259,15 @@ def finished(
         translation, _ = translated_with_inputs(scene, options)
         planned = translation.plan
         options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
+        facts = metadata.of_file(picture)
+        there = json.loads(facts.get(metadata.RENDER, "{}"))
+        before = str(there.get("integrator")), facts.get(metadata.CHOICE, "")
+        choice = pilot.choice(translation, options, before)
     except READABLE:
         return None
+    translation, options = choice.translation, choice.options
     plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
     header = header_of(translation, options, plan)
-    facts = metadata.of_file(picture)
-    there = json.loads(facts.get(metadata.RENDER, "{}"))
     spp, noise = int(facts.get(metadata.SPP, 0)), float(facts.get(metadata.NOISE, "nan"))
     enough = spp >= planned.spp if passes.noise is None else noise <= passes.noise
     if not enough or any(fingerprint.differences(there, header.render)):

@@ -246,7 +246,10 @@ def variant_and_threads(translation: Translation, wanted: str | None = None) -> 
 
 @contextmanager
 def open_session(
-    translation: Translation, options: RenderOptions | None = None, per_pass: int | None = None
+    translation: Translation,
+    options: RenderOptions | None = None,
+    per_pass: int | None = None,
+    scene: Scene | None = None,
 ) -> Iterator[Session]:
     """Context in which a translated scene is loaded under its variant and ready to render.
 
@@ -254,6 +257,7 @@ def open_session(
         translation: the translated scene, see `translated`.
         options: their seed, integrator, variant and sampler are used.
         per_pass: as `Session`.
+        scene: the scene, if it is loaded already under the variant of the options.
 
     Yields:
         The `Session`.
@@ -263,7 +267,7 @@ def open_session(
     """
     options = options or RenderOptions()
     with variant_and_threads(translation, options.variant):
-        scene = load_scene(translation)
+        scene = scene or load_scene(translation)
         integrator = None
         if options.integrator:
             integrator = load_integrator(options.integrator, translation.scene["integrator"])

@@ -19,7 +19,7 @@ from relume.version import version
 
 PREFIX = "relume."
 RENDER, SPP, NOISE, GAMMA = (PREFIX + name for name in ("render", "spp", "noise", "gamma"))
-NOTES, DENOISED = PREFIX + "notes", PREFIX + "denoised"
+NOTES, DENOISED, CHOICE = (PREFIX + name for name in ("notes", "denoised", "choice"))
 
 
 def of_picture(header: Header, accumulator: Accumulator) -> dict[str, str]:
@@ -61,6 +61,11 @@ def of_scene(translation: Translation, dialect: str) -> dict[str, str]:
     if notes := "\n".join(losses(translation)):
         facts[NOTES] = notes
     return facts
+
+
+def of_choice(why: str) -> dict[str, str]:
+    """What a picture says of why it has its integrator; nothing where there was no choice."""
+    return {CHOICE: why} if why else {}
 
 
 def losses(translation: Translation) -> list[str]:

@@ -129,9 +129,11 @@ def plan_of(source: MitsubaFile) -> RenderPlan:
         height=height,
         spp=source.spp,
         plugins=tuple(sorted(plugin_types(source.scene) & set(OWN_PLUGINS))),
+        candidates=(source.scene["integrator"]["type"],),
         reasons={
             "variant": "glass with dispersion" if source.dispersive else "no wavelengths matter",
             "integrator": "the scene's",
+            "candidates": "the scene's",
             "sensor": "the scene's",
             "spp": "its sample_count",
         },

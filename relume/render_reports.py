@@ -23,6 +23,8 @@ from relume.translator.precision import ray_offset
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from relume.pilot import Choice
+
 
 STOCK_VOLUMES = ("VolumetricPathIntegrator", "VolpathMisIntegratorImpl")
 """Classes of Mitsuba's integrators for media, which start rays off surfaces: ``volpath(mis)``."""
@@ -45,6 +47,12 @@ def report_losses(translation: Translation, console: Console) -> None:
             console.print(f"[{style}]{outcome}[/] {len(lines) - 12} more (see: relume check)")
     for note in translation.picture_notes():
         console.print(f"[yellow]{escape(note.text)}[/]", highlight=False)
+
+
+def report_choice(choice: Choice, console: Console) -> None:
+    """Say which of the scene's candidates renders it, and why."""
+    if choice.why:
+        console.print(f"integrator {escape(choice.why)}", highlight=False)
 
 
 def report_emptiness(scene: Scene, console: Console) -> None:

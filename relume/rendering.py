@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.markup import escape
 
-from relume import aovs, denoising, fingerprint, metadata, noise, output, render_reports
+from relume import (
+    aovs,
+    denoising,
+    fingerprint,
+    metadata,
+    noise,
+    output,
+    passes_file,
+    pilot,
+    render_reports,
+)
 from relume import cluster as clusters
 from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
@@ -152,15 +162,19 @@ def render_scene(
     translation, inputs = translated_with_inputs(scene, options)
     translation = with_goal(translation, options, passes)
     goal = noise.Goal(passes.noise, translation.plan.spp)
-    render_reports.report_losses(translation, console)
     document, planned = translation.document, translation.plan
     options = RenderOptions.of(options, variant=usable_variant(planned, options.variant))
     destination = Destination(document, out, inputs)
     part = destination.part_path() if passes.only else None
     destination.check()
     check_layers(translation, destination, picture)
+    before = chosen_before(destination.passes_path()) if passes.resume else None
+    choice = pilot.choice(translation, options, before)
+    translation, options = choice.translation, choice.options
+    render_reports.report_losses(translation, console)
+    render_reports.report_choice(choice, console)
     plan = PassPlan.of(planned.width, planned.height, planned.spp, passes.per_pass)
-    header = header_of(translation, options, plan)
+    header = header_of(translation, options, plan, choice.why)
     checkpoint = Checkpoint(destination.passes_path(), header, console)
     accumulator = checkpoint.begin(planned.width, planned.height, passes.resume)
     to_do = passes_to_render(plan, accumulator.done, passes.only)
@@ -173,9 +187,7 @@ def render_scene(
         ended = Ended(0.0, "")
         with looking(watching):
             if len(to_do) and not goal.reached(accumulator):
-                with rendered_passes(
-                    translation, options, to_do, cluster, checkpoint, layers
-                ) as found:
+                with rendered_passes(choice, to_do, cluster, checkpoint, layers) as found:
                     steps = accumulate(found, accumulator, len(to_do), asked)
                     keeps = checkpoint.offer, dumps.offer, *(viewer.offer for viewer in watching)
                     tells = [viewer.progress for viewer in watching]
@@ -292,14 +304,35 @@ def time_limit_of(document: Document, asked: float | None) -> float | None:
     return asked
 
 
-def header_of(translation: Translation, options: RenderOptions, plan: PassPlan) -> Header:
-    """What the file of passes says of a render, before its first pass."""
+def chosen_before(path: Path) -> tuple[str, str] | None:
+    """The integrator of the passes in a file and why it was chosen; None where there is no file.
+
+    Raises:
+        NoPasses: it is damaged.
+    """
+    if not path.exists():
+        return None
+    header = passes_file.read_header(path)
+    return str(header.render.get("integrator")), header.facts.get(metadata.CHOICE, "")
+
+
+def header_of(
+    translation: Translation, options: RenderOptions, plan: PassPlan, why: str = ""
+) -> Header:
+    """What the file of passes says of a render, before its first pass.
+
+    Args:
+        translation: the translated scene.
+        options: with the integrator that was chosen.
+        plan: its passes.
+        why: it was chosen; empty where there was no choice.
+    """
     return Header(
         render=fingerprint.of_render(translation, options, plan.per_pass),
         spp=plan.spp,
         seconds=0.0,
         gamma=translation.document.gamma_offset,
-        facts=metadata.of_scene(translation, options.dialect),
+        facts=metadata.of_scene(translation, options.dialect) | metadata.of_choice(why),
     )
 
 

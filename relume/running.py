@@ -12,8 +12,8 @@ from relume.accumulator import Accumulator
 from relume.checkpoint import Checkpoint
 from relume.destination import Keep
 from relume.loading import open_session
-from relume.options import RenderOptions
 from relume.passes import Pass, PassSet
+from relume.pilot import Choice
 from relume.progress import Progress, Tell, TimeLimit, progress_bar
 from relume.session import Integrator
 from relume.translator import Translation
@@ -31,8 +31,7 @@ class Ended(NamedTuple):
 
 @contextmanager
 def rendered_passes(
-    translation: Translation,
-    options: RenderOptions,
+    choice: Choice,
     to_do: PassSet,
     cluster: clusters.Cluster | None,
     checkpoint: Checkpoint,
@@ -41,17 +40,17 @@ def rendered_passes(
     """Context with the passes of a scene as they come; None while there is none.
 
     Args:
-        translation: the translated scene.
-        options: with the variant to use.
+        choice: the scene, and how it is rendered, with the variant to use.
         to_do: the passes to render.
         cluster: who renders; None for this process.
         checkpoint: tells workers which render it is, and the user what workers and, in the end, the
             integrator say.
         layers: rendered, too, while the scene is loaded here.
     """
+    translation, options = choice.translation, choice.options
     if cluster is None:
         per_pass = checkpoint.header.render[fingerprint.PER_PASS]
-        with open_session(translation, options, per_pass) as session:
+        with open_session(translation, options, per_pass, choice.scene) as session:
             if layers.missing:
                 layers.render(session)
             if not (translation.picture_notes() or bends(translation)):

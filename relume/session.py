@@ -12,6 +12,7 @@ passes together are as good as one, and the two, which are independent, tell the
 
 from __future__ import annotations
 
+import functools
 import time
 import warnings
 from collections.abc import Generator, Iterable, Iterator
@@ -179,6 +180,22 @@ def samples_rays(integrator: Integrator) -> bool:
     return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
 
 
+def sequence_of(which: Any, first: Any, seed: int, pixel: Any, sample: Any) -> Any:
+    """A sampler with points of one of the two sequences of pixels.
+
+    Args:
+        which: of the two.
+        first: the point from which samples count.
+        seed: of the sequences.
+        pixel: ``mi.UInt32``, of each lane.
+        sample: ``mi.UInt32``, counted from 0.
+    """
+    sampler = mi.load_dict({"type": "owen"})
+    which, first = (dr.opaque(mi.UInt32, x) for x in (which, first))
+    sampler.start(2 * pixel + which, sample + first, seed)
+    return sampler
+
+
 class Session:
     """Renders one loaded scene; the variant it was loaded under must stay set.
 
@@ -189,6 +206,7 @@ class Session:
         integrator: `mi.Integrator` to use instead of the scene's.
         per_pass: most samples of a pixel in a pass; None for the usual number.
         sampler: `owen`, or `independent` for that of the scene, taken for independent numbers.
+        sensor: `mi.Sensor` that sees it; None for the first of the scene.
 
     Attributes:
         width, height: of the picture [pixel].
@@ -210,9 +228,10 @@ class Session:
         *,
         per_pass: int | None = None,
         sampler: str = SAMPLERS[0],
+        sensor: Any = None,
     ) -> None:
         self.scene = scene
-        self.sensor = scene.sensors()[0]
+        self.sensor = sensor or scene.sensors()[0]
         self.integrator = integrator or scene.integrator()
         self.spp = int(spp)
         self.seed = int(seed)
@@ -268,6 +287,8 @@ class Session:
         if spp > self.plan.per_pass:
             raise ValueError(f"a pass of {spp} samples, of at most {self.plan.per_pass}")
         if not self.by_sample:
+            if self.spreads and getattr(self.integrator, "takes_points", False):
+                return self._two_pictures(index, spp)
             return Pass(index, spp, self._render_image(spp, index))
         pixels = self.width * self.height
         rows = max(1, SAMPLES_PER_LAUNCH // (spp * self.width)) * self.width
@@ -315,20 +336,51 @@ class Session:
         dr.eval(samples)
         return [dr.block_sum(channel, spp).numpy() for channel in samples]
 
-    def _spread(self, index, pixel, sample):
-        """The sampler of a pass, and the sign with which each sample counts in the difference."""
+    def _first_point(self, index):
+        """The first point of a pass, and the seed of its sequences."""
         # Far more points than a sampler can count begin anew with another seed.
         era, start = divmod(index * self.plan.per_pass, 2**31)
+        return start, self._seed(era)
+
+    def _spread(self, index, pixel, sample):
+        """The sampler of a pass, and the sign with which each sample counts in the difference."""
+        start, seed = self._first_point(index)
         point = sample + dr.opaque(mi.UInt32, start)
         sampler = mi.load_dict({"type": "owen"})
-        sampler.start(2 * pixel + point % 2, point // 2, self._seed(era))
+        sampler.start(2 * pixel + point % 2, point // 2, seed)
         return sampler, dr.select(point % 2 == 0, mi.Float(1), mi.Float(-1))
+
+    def _two_pictures(self, index, spp):
+        """A pass of an integrator that renders pictures: one by each sequence."""
+        self._tell_index(index)
+        start, seed = self._first_point(index)
+        sums, counts = np.zeros((2, 3, self.width * self.height)), [0, 0]
+        for which in range(2):
+            first, stop = (start + 1 - which) // 2, (start + spp + 1 - which) // 2
+            if count := stop - first:
+                points = functools.partial(sequence_of, which, first, seed)
+                own, counts[which] = self._seed(index, which), count
+                found = self.integrator.render_image(self.scene, self.sensor, own, count, points)
+                sums[which] = count * found.T[:3]
+        a, b = sums
+        both, difference = (x.astype(np.float32) for x in (a + b, a - b))
+        return Pass(index, spp, both, difference=difference, lead=counts[0] - counts[1])
+
+    def _tell_index(self, index):
+        """Tell the integrator which pass it renders, if it wants to know."""
+        if hasattr(self.integrator, "pass_index"):
+            self.integrator.pass_index = index
 
     def _render_image(self, spp, index):
         """The sum of a pass by Mitsuba's own means: (3, pixels)."""
-        if hasattr(self.integrator, "pass_index"):
-            self.integrator.pass_index = index
-        image = mi.render(self.scene, integrator=self.integrator, spp=spp, seed=self._seed(index))
+        self._tell_index(index)
+        image = mi.render(
+            self.scene,
+            sensor=self.sensor,
+            integrator=self.integrator,
+            spp=spp,
+            seed=self._seed(index),
+        )
         channels = np.array(image).reshape(self.width * self.height, -1).T
         gray = len(channels) < 3
         return (channels[[0, 0, 0]] if gray else channels[:3]) * np.float32(spp)

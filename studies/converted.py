@@ -20,6 +20,8 @@ import numpy as np
 
 import relume
 from relume.convert import python_source, write_xml
+from relume.loading import translated
+from relume.options import RenderOptions
 from relume.session import CannotRender, variant_context
 from relume.translator.diagnostics import SceneError
 from relume.workbench import statistics
@@ -61,6 +63,8 @@ def pictures(
 ) -> dict[str, np.ndarray]:
     """The blocks of a scene's pictures by `relume.render`, and by `mi.render` of each conversion.
 
+    By the same integrator.
+
     Args:
         scene: the scene file.
         asset_path: folders of its meshes and pictures.
@@ -79,7 +83,13 @@ def pictures(
     folders = [scene.parent, *asset_path]
     out = write_xml(copy, folder / "out" / "scene.xml", asset_path=folders)[0]
     source = python_source(copy, asset_path=folders)
-    rendered = [relume.render(copy, spp=spp, seed=seed, asset_path=folders) for seed in seeds]
+    plan = translated(copy, RenderOptions(asset_path=folders)).plan
+    # Conversions keep the integrator of the plan, whatever a render chooses.
+    own = plan.integrator if plan.integrator not in plan.candidates else None
+    rendered = [
+        relume.render(copy, spp=spp, seed=seed, asset_path=folders, integrator=own)
+        for seed in seeds
+    ]
     found = {"rendered": np.array([blocks(picture) for picture in rendered])}
     namespace: dict[str, Any] = {}
     with variant_context(mi.variant()):

@@ -144,8 +144,9 @@ LIGHTS = (
     ("no-light-through-glass", "approximated", "9",
      "no ray can meet this light: behind refracting glass it is missing",
      "Glass casts the shadow of an opaque object in this light, without bright spots: light that "
-     "glass refracts is found only if rays meet its source.",
-     "Use a lamp with a size, such as a sphere or a uvplane."),
+     "glass refracts is found only if rays meet its source, or by `bdpt`, which does not know what "
+     "else the scene has, or was not asked for.",
+     "Use a lamp with a size, such as a sphere or a uvplane, or render by `--integrator bdpt`."),
 )  # fmt: skip
 
 MEDIA = (

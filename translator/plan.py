@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from relume.translator.scene_values import Entry
 
 if TYPE_CHECKING:
+    from relume.translator.candidates import Candidates
     from relume.translator.document import Document
     from relume.translator.media import HomogeneousMedium
 
@@ -27,7 +28,10 @@ class RenderPlan:
         width, height: size of the picture [pixel].
         spp: samples of a pixel.
         plugins: ids of relume's own plugins that the scene uses.
-        reasons: why, in words, by `variant`, `integrator`, `sensor` and `spp`.
+        candidates: plugin ids of the integrators that a render may choose: one, or those that a
+            pilot compares, the first of which renders where none is made. `integrator` stands in
+            the scene's dictionary whatever a render chooses.
+        reasons: why, in words, by `variant`, `integrator`, `candidates`, `sensor` and `spp`.
     """
 
     variant: str
@@ -37,11 +41,13 @@ class RenderPlan:
     height: int
     spp: int
     plugins: tuple[str, ...]
+    candidates: tuple[str, ...]
     reasons: dict[str, str]
 
     def as_dict(self) -> dict[str, Any]:
         """The plan as JSON values."""
-        return asdict(self) | {"plugins": list(self.plugins)}
+        lists = {"plugins": list(self.plugins), "candidates": list(self.candidates)}
+        return asdict(self) | lists
 
 
 SENSOR_REASONS = {
@@ -205,6 +211,7 @@ def render_plan(
     own_plugins: Collection[str],
     dispersive: bool,
     integrator_reason: str,
+    may_render: Candidates,
 ) -> RenderPlan:
     """The `RenderPlan` of a translated scene.
 
@@ -214,6 +221,7 @@ def render_plan(
         own_plugins: ids of all plugins that relume brings.
         dispersive: whether wavelengths matter.
         integrator_reason: why this integrator.
+        may_render: those that may render instead.
     """
     used = sorted(plugin_types(scene) & set(own_plugins))
     camera = scene["sensor"]["type"]
@@ -225,9 +233,11 @@ def render_plan(
         height=document.image[1],
         spp=samples(document),
         plugins=tuple(used),
+        candidates=may_render.names,
         reasons={
             "variant": "glass with dispersion" if dispersive else "no wavelengths matter",
             "integrator": integrator_reason,
+            "candidates": may_render.reason,
             "sensor": SENSOR_REASONS[camera],
             "spp": samples_reason(document),
         },

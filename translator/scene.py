@@ -37,6 +37,7 @@ from relume.translator import (
     precision,
 )
 from relume.translator.assets import Assets, Find, existing
+from relume.translator.candidates import candidates
 from relume.translator.darkness import empty_picture_notes
 from relume.translator.diagnostics import Problem, SceneError
 from relume.translator.dialects import DIALECTS
@@ -128,6 +129,16 @@ class Translation:
         bends = "curvedspace" in self.plan.plugins
         shown = [note for note in notes if not (bends and note.code == "no-surface")]
         return (*missing_variables(self.document), *shown)
+
+    def path_traced(self) -> Translation:
+        """The translation with notes on the light that only `bdpt` would find.
+
+        For renders by another integrator, and for what is made of the scene's dictionary.
+        """
+        document = copy.deepcopy(self.document)
+        shapes = (entry for entry in self.scene.values() if isinstance(entry, dict))
+        lights.report_point_like(document, shapes)
+        return dataclasses.replace(self, document=document)
 
     def status(self) -> str:
         """`ok`, or `unsupported` if any line is."""
@@ -361,7 +372,6 @@ def assembled(
     """
     document, dialect = scene.document, scene.dialect
     contents = Contents.of_all([objects, surroundings])
-    lights.report_point_like(document, contents.entries.values())
     profile = media.PROFILES[dialect] if contents.dipole else None
     types = plan.plugin_types(contents.entries)
     wrapped = functools.partial(curved_space.wrapped, document, dialect, apart or {})
@@ -375,6 +385,9 @@ def assembled(
         wrapped,
         inside=bool(objects.media),
     )
+    may_render = candidates(integrator, contents.entries.values())
+    if "bdpt" not in may_render.names:
+        lights.report_point_like(document, contents.entries.values())
     sensor = camera.sensor(seen or document, dialect)
     around: Entry = {}
     if scene.medium is not None:
@@ -389,5 +402,7 @@ def assembled(
         entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
     else:
         entries |= contents.entries
-    render_plan = plan.render_plan(document, entries, OWN_PLUGINS, scene.spectral, reason)
+    render_plan = plan.render_plan(
+        document, entries, OWN_PLUGINS, scene.spectral, reason, may_render
+    )
     return Translation(document, entries, render_plan)

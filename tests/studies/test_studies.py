@@ -47,7 +47,7 @@ def test_the_command_lists_all_studies_and_refuses_others():
     lines = [line.split(maxsplit=1) for line in done.stdout.splitlines()[2:]]
     assert {name: sentence for name, sentence in lines} == __main__.sentences()
     assert all(sentence.endswith(".") for _, sentence in lines)
-    assert "no study 'nope'; there are bdpt, bsdf-accuracy, " in __main__.main(["nope"])
+    assert "no study 'nope'; there are bsdf-accuracy, " in __main__.main(["nope"])
 
 
 def test_targets_of_the_makefile_are_studies():

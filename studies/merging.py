@@ -1,19 +1,13 @@
-"""Bidirectional path tracing against path tracing at equal CPU time: docs/bdpt.
+"""What merging vertices gains in bidirectional path tracing: docs/bdpt/merging.md.
 
-    python -m studies bdpt [CORPUS] [--only NAME ...]
-    python -m studies bdpt --merging [CORPUS] [--only NAME ...]
+    python -m studies merging [CORPUS] [--only NAME ...]
 
-The corpus has the scene files; without it two rooms of docs/metropolis are measured. Runs of the
-methods take turns, times are CPU-seconds of the process. Both are free of bias in the light that
-they find, so their squared error is the variance between independent runs; relMSE = mean(variance /
-(R² + 0.01 mean(R)²)). R is a long render of `path` with seeds of its own; where lamps have no size
-`path` lacks light, and R is a long render of light tracing and connections with other seeds. What a
-method lacks of R is the column *energy*.
-
-With `--merging` paths that merge vertices are compared, which are biased. Where the lamp is wide, R
-is a long render of `surfacepath`, in two halves: the mean product of what is above each of them is
-the square of the bias. Lamps as small as those of the files leave nothing to compare with but paths
-that merge in a smaller radius.
+The corpus has the scene files; without it the rooms of docs/bdpt and docs/metropolis are measured.
+Runs of the methods take turns, times are CPU-seconds of the process. relMSE is the mean over pixels
+and channels of the variance between independent runs over R² + 0.01 mean(R)². Merging is biased.
+Where the lamp is wide, R is a long render of `surfacepath`, in two halves: the mean product of what
+is above each of them is the square of the bias. Lamps as small as those of the files leave nothing
+to compare with but paths that merge in a smaller radius.
 """
 
 import dataclasses
@@ -31,29 +25,11 @@ from relume.loading import load_scene
 from studies import DOCS
 
 FOLDER = DOCS / "bdpt"
-ROOMS = {
-    "caustic": DOCS / "metropolis" / "caustic.txt",
-    "door ajar": DOCS / "metropolis" / "door.txt",
-}
-FILES = {
-    "occluded room": "CornellBoxMLT_遮蔽あり.txt",
-    "direct light": "CornellBox_直接光源テスト_yama.txt",
-    "beam": "CornellBox平行光源_関与媒質あり.txt",
-    "spot": "CornellBox_spot光源.txt",
-    "diffuse box": "CornellBox_拡散反射.txt",
-    "glass": "CornellBox_ガラス1.txt",
-    "Ward": "CornellBox_金属1.txt",
-}
-WITHOUT_SIZE = ("beam", "spot")
-"""Scenes whose lamps have none."""
-
 SIZE, RUNS = (80, 60), 8
 SPP = {"path": 64, "bdpt": 32}
-REFERENCE_SPP, LAUNCH_SPP = 2000, 200
 DEPTH = {"max_depth": 9, "rr_depth": 5}
 TAIL = 0.005
 """Share of the pixels that are looked at for the largest errors."""
-
 
 RADII = (0.25, 0.5, 1.0, 2.0)
 """Merge radii [pixel]."""
@@ -64,8 +40,8 @@ MERGING = {
     "mirror, wide lamp": ("mirror.txt", 4),
     "mirror": ("mirror.txt", 1),
     "caustic": ("../metropolis/caustic.txt", 1),
-    "glass": (FILES["glass"], None),
-    "diffuse box": (FILES["diffuse box"], None),
+    "glass": ("CornellBox_ガラス1.txt", None),
+    "diffuse box": ("CornellBox_拡散反射.txt", None),
 }
 """Files, in the folder of the page or of the corpus, and radii of their lamps."""
 
@@ -108,35 +84,6 @@ def rendered(scene, name, spp, seed, **parameters):
     return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), float)[..., :3]
 
 
-def measured(title, scene):
-    """The figures of both methods in a scene, as JSON values."""
-    by = "bdpt" if title in WITHOUT_SIZE else "path"
-    passes = range(REFERENCE_SPP // LAUNCH_SPP)
-    R = np.mean([rendered(scene, by, LAUNCH_SPP, 900000 + k) for k in passes], axis=0)
-    pictures, seconds = {name: [] for name in SPP}, {name: [] for name in SPP}
-    for name, spp in SPP.items():
-        rendered(scene, name, spp, 10**6)
-    for run in range(RUNS):
-        for name, spp in SPP.items():
-            start = time.process_time()
-            pictures[name].append(rendered(scene, name, spp, 1000 * run))
-            seconds[name].append(time.process_time() - start)
-    rows = {}
-    for name, found in pictures.items():
-        weight = 1 / (R**2 + 0.01 * R.mean() ** 2)
-        error = (np.var(found, axis=0, ddof=1) * weight).mean(-1).ravel()
-        cpu, largest = float(np.median(seconds[name])), np.sort(error)[::-1]
-        rows[name] = {
-            "cpu": cpu,
-            "relMSE": float(error.mean()),
-            "efficiency": float(1 / (cpu * error.mean())),
-            "median": float(1 / (cpu * np.median(error[error > 0]))),
-            "tail": float(largest[: max(1, round(TAIL * error.size))].sum() / error.sum()),
-            "energy": float(np.mean(found) / R.mean()),
-        }
-    return rows
-
-
 def long_render(scene, name, spp, seed, **parameters):
     """The mean of launches with seeds from `seed` on."""
     n = spp // LONG_LAUNCH
@@ -144,7 +91,7 @@ def long_render(scene, name, spp, seed, **parameters):
     return sum(pictures) / n
 
 
-def measured_merging(title, scene):
+def measured(title, scene):
     """The figures of all radii in a scene, and of both methods without merging."""
     methods = {"path": ("path", {}), "bdpt": ("bdpt", {})}
     methods |= {str(r): ("bdpt", {"merge_radius": r}) for r in RADII}
@@ -179,7 +126,7 @@ def measured_merging(title, scene):
     return rows
 
 
-def table_of_merging(results):
+def table(results):
     """The figures of merging as text: efficiencies over `path`."""
     lines = [
         "| scene | radius | CPU-s | relMSE | squared bias | energy | efficiency over `path` "
@@ -196,47 +143,21 @@ def table_of_merging(results):
     return "\n".join(lines) + "\n"
 
 
-def table(results):
-    """The figures as text."""
-    lines = [
-        "| scene | `path`: CPU-s, relMSE, energy | `bdpt`: CPU-s, relMSE, energy "
-        "| efficiency over `path` | of the median pixel | error in 0.5 % of the pixels |",
-        "|---|---|---|---|---|---|",
-    ]
-    for title, rows in results.items():
-        a, b = rows["path"], rows["bdpt"]
-        each = " | ".join(f"{x['cpu']:.2f}, {x['relMSE']:.3g}, {x['energy']:.3f}" for x in (a, b))
-        gain, median = (b[key] / a[key] for key in ("efficiency", "median"))
-        tails = f"{a['tail']:.0%}, {b['tail']:.0%}"
-        lines.append(f"| {title} | {each} | {gain:.2g} | {median:.2g} | {tails} |")
-    return "\n".join(lines) + "\n"
-
-
 def add_arguments(parser):
-    parser.add_argument("corpus", nargs="?", help="folder of scene files")
-    parser.add_argument("--merging", action="store_true", help="compare radii of merging")
+    parser.add_argument("corpus", nargs="?", type=Path, help="folder of scene files")
     parser.add_argument("--only", nargs="*", help="titles of scenes; default: all")
 
 
 def run(options):
     mi.set_variant("llvm_ad_rgb")
-    corpus = Path(options.corpus or "")
-    if options.merging:
-        places = {t: (FOLDER if r else corpus, f, r) for t, (f, r) in MERGING.items()}
-        files = {t: (folder / f, r) for t, (folder, f, r) in places.items() if r or options.corpus}
-        stem, measure, write = "merging", measured_merging, table_of_merging
-    else:
-        own = {t: corpus / f for t, f in FILES.items() if options.corpus}
-        files = {t: (path, None) for t, path in (ROOMS | own).items()}
-        stem, measure, write = "figures", measured, table
-    FOLDER.mkdir(exist_ok=True)
-    store = FOLDER / f"{stem}.json"
+    store = FOLDER / "merging.json"
     known = json.loads(store.read_text(encoding="utf-8")) if store.is_file() else {}
-    order = MERGING if options.merging else [*ROOMS, *FILES]
-    for title, (path, radius) in files.items():
-        if path.is_file() and (not options.only or title in options.only):
-            known[title] = measure(title, loaded(path, radius))
-            print(write({title: known[title]}), flush=True)
-            ordered = {t: known[t] for t in order if t in known}
-            store.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
-            (FOLDER / f"{stem}.md").write_text(write(ordered), encoding="utf-8")
+    for title, (file, radius) in MERGING.items():
+        folder = FOLDER if radius else options.corpus
+        if folder is None or (options.only and title not in options.only):
+            continue
+        known[title] = measured(title, loaded(folder / file, radius))
+        print(table({title: known[title]}), flush=True)
+        ordered = {t: known[t] for t in MERGING if t in known}
+        store.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
+        (FOLDER / "merging.md").write_text(table(ordered), encoding="utf-8")
