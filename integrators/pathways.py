@@ -12,6 +12,9 @@ LONGEST_LISTED = 24
 TAIL = 32.0
 """Length t of the tail: paths are longer than the listed ones by j or more as (t / (t + j))²."""
 
+TAIL_SHARE = 0.02
+"""Draws of paths in the tail, over those of listed ones, before it is known what they show."""
+
 GRAIN = 2**24
 """Probabilities are multiples of 1 / GRAIN, as numbers of a sampler are."""
 
@@ -52,7 +55,9 @@ class Ways:
         self.max_depth = max_depth
         edges = self.listed.sum(1) - 1.0
         base = 1 / ((edges + 1) * (edges + 2)) / (1 + edges)
-        self.base = np.append(base, 0.02 * base.sum()) if self.tail else base
+        if self.tail:
+            base = np.append(base, TAIL_SHARE * base.sum() if len(base) else 1.0)
+        self.base = base
         self.s = mi.UInt32(np.append(self.listed[:, 0], 0).astype(np.uint32))
         self.t = mi.UInt32(np.append(self.listed[:, 1], 0).astype(np.uint32))
         self.set_probabilities(self.base)
@@ -109,7 +114,9 @@ class Ways:
             here = dr.minimum(mi.UInt32(u_s * mi.Float(edges + 1)), edges)
             ends = (j + TAIL) * (j + (TAIL + 1))
             rarity = dr.square(ends / TAIL) / (2 * j + (2 * TAIL + 1)) * mi.Float(edges + 1)
-            rarity = dr.select(edges <= self.max_depth, rarity, 0)
-            s, t = dr.select(beyond, here, s), dr.select(beyond, edges + 1 - here, t)
+            there = edges <= self.max_depth  # else nothing is traced
+            rarity = dr.select(there, rarity, 0)
+            t = dr.select(beyond, dr.select(there, edges + 1 - here, 1), t)
+            s = dr.select(beyond, dr.select(there, here, 0), s)
             weight *= dr.select(beyond, rarity, 1)
         return s, t, weight
