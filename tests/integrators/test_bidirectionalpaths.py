@@ -116,8 +116,8 @@ def test_is_bdpt(variant, blocks, light, more, chance, level):
     """The mean of the picture that the cache of light vertices gives, to 2 %."""
     scene = cornell(blocks, light())
     made = integrator(**more)
-    found = uniform_mean(chance, level, scene, made, 2**18)
-    chance.equal(found, picture_mean(chance, level, scene, made, 256), precision=0.02)
+    found = uniform_mean(chance, level, scene, made, 2**16)
+    chance.equal(found, picture_mean(chance, level, scene, made, 64), precision=0.02)
 
 
 @pytest.mark.false_alarms(1e-3)
