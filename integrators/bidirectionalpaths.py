@@ -18,7 +18,6 @@ import mitsuba as mi
 
 from relume.integrators import misweights
 from relume.integrators.eyesubpaths import started as eye_started
-from relume.integrators.lightstarts import LightStart
 from relume.integrators.misweights import Subpath
 from relume.integrators.pathways import Ways
 from relume.integrators.primarysamples import Numbers, PathSampler, sampler_class
@@ -115,12 +114,12 @@ class BidirectionalSampler(PathSampler):
         tr = self.transport
         emits = tr.emission.emits
         if emits:
-            light, start, y = self.light_end(sampler, ray.wavelengths, s)
+            light, y = self.light_end(sampler, ray.wavelengths, s)
         hits = s == 0
         eye, x = self.eye_end(sampler, ray, t, hits)
         L = self.hit(eye, x, hits & (t > 1))
 
-        # ---------------- from the camera: a sampled point of a lamp, or the other end ----------------
+        # ------------- from the camera: a sampled point of a lamp, or the other end -------------
 
         lit = x.active & ~hits
         direct = lit & (s == 1)
@@ -149,7 +148,7 @@ class BidirectionalSampler(PathSampler):
         if not emits:
             return L + value * self.arrives(x.si, p, ds, direct, direct & dr.any(value != 0)), None
 
-        # ---------------- from the lamp: the other end, or the camera ----------------
+        # ------------- from the lamp: the other end, or the camera -------------
 
         shown = mi.Bool(False)
         back = -to_y
@@ -212,7 +211,7 @@ class BidirectionalSampler(PathSampler):
 
     def light_end(
         self, sampler: mi.Sampler, wavelengths: mi.Spectrum, s: mi.UInt32
-    ) -> tuple[Walk, LightStart, End]:
+    ) -> tuple[Walk, End]:
         """Trace a light subpath of s vertices, if these are two or more."""
         t = self.transport
         start = t.emission.start(t.surfaces, t.scene, sampler, wavelengths, s > 1)
@@ -228,7 +227,7 @@ class BidirectionalSampler(PathSampler):
         β = dr.select(shading > 0, β / shading, 0)
         active = path.active & si.is_valid() & dr.any(β != 0)
         active &= mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Smooth)
-        return path, start, End(si, m, β, active)
+        return path, End(si, m, β, active)
 
     def eye_end(
         self, sampler: mi.Sampler, ray: mi.Ray3f, t: mi.UInt32, hits: mi.Bool

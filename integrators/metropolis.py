@@ -65,7 +65,7 @@ class Pilot:
         # Single bright paths would make islands.
         capped = np.minimum(Y, 50 * mean)
         picture = np.bincount(samples.pixel, capped, paths.pixels)
-        hits = np.full(paths.pixels, len(Y) / paths.pixels)
+        hits: np.ndarray = np.full(paths.pixels, len(Y) / paths.pixels)
         if paths.spread:
             hits = np.bincount(samples.pixel, minlength=paths.pixels)
         shape = (paths.height, paths.width)
@@ -191,9 +191,7 @@ def mutation_sizes(name: str, props: mi.Properties) -> tuple[float, float]:
     return s1, s2
 
 
-def path_sampler(
-    scene: mi.Scene, sensor: mi.Sensor, integrator: mi.Integrator
-) -> PathSampler:
+def path_sampler(scene: mi.Scene, sensor: mi.Sensor, integrator: mi.Integrator) -> PathSampler:
     """What traces the paths of an integrator, by one of its own where it has one."""
     if hasattr(integrator, "path_sampler"):
         own: PathSampler = integrator.path_sampler(scene, sensor)

@@ -99,7 +99,8 @@ class Ways:
 
         Args:
             u: uniform variate for the entry.
-            u_length, u_s: variates for the length and the way within the tail.
+            u_length: another one for the length within the tail.
+            u_s: another one for the way within the tail.
 
         Returns:
             (s, t, one over the probability).

@@ -192,7 +192,7 @@ class PathSampler:
         return dr.select(found.valid, weight, 0)
 
     def place(self, number: Numbers) -> tuple[mi.Point2u, mi.Point2f, mi.Float]:
-        """The pixel of a row of numbers, the position that it sees, [0, 1] inside, and its weight."""
+        """A row of numbers' pixel, the position that it sees, [0, 1] inside, and its weight."""
         on_film = mi.Point2f(number(mi.UInt32(0)), number(mi.UInt32(1))) * self.size
         corner = mi.Point2u(on_film)
         in_pixel = on_film - mi.Point2f(corner)

@@ -132,7 +132,8 @@ def step(
         if start is None:
             weight *= dr.select(parts, mi.Float(len(mi.Spectrum())), 1)
         path.dispersed |= parts
-    after = misweights.scattered(m, mi.Float(1), bs.pdf, bs.pdf_back, dr.abs(dr.dot(si.n, d)), delta)
+    cos = dr.abs(dr.dot(si.n, d))
+    after = misweights.scattered(m, mi.Float(1), bs.pdf, bs.pdf_back, cos, delta)
     unlit = t.surfaces.unlit(si.shape, mi.Bool(True))
 
     moves, alive = scatters, mi.Bool(True)

@@ -209,9 +209,7 @@ def small_steps(kind: str) -> Method:
 
 def two_sided(kind: str) -> Method:
     """The row of chains over paths that are found from both ends."""
-    return Method(
-        f"{kind}-bdpt", tracer("bdpt"), obstacle=without_wrapping, chains={"type": kind}
-    )
+    return Method(f"{kind}-bdpt", tracer("bdpt"), obstacle=without_wrapping, chains={"type": kind})
 
 
 DIPOLES = {
