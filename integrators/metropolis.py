@@ -213,13 +213,15 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             mutation, s1, s2: kind of small steps and their sizes.
             direct_samples: independent samples per mutation for direct light; with 0 the chains
                 render it.
-            direct, chained: the integrators of direct light and of what the chains find.
+            separate: edges of the longest paths that independent samples find: 2 with
+                `direct_samples`, 1 over ``bdpt``, else 0.
+            direct, chained: the integrators of these and of what the chains find.
             statistics: `Statistics` of all renders.
         """
 
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
-            self.nested = nested_integrator(props, "path_sampler")
+            self.nested = nested_integrator(props, capable="path_sampler")
             if self.nested.aov_names():
                 name = props.plugin_name()
                 raise ValueError(f"{name} renders colours, no AOVs as {self.nested.class_name()}")
