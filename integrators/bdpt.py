@@ -114,7 +114,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from relume.integrators.common import path_depths
+from relume.integrators.bidirectionalpaths import BidirectionalSampler
+from relume.integrators.common import NO_LIMIT, path_depths
 from relume.integrators.emission import bounding_sphere
 from relume.integrators.eyesubpaths import trace_eye
 from relume.integrators.lightstarts import Emission
@@ -192,6 +193,29 @@ def define() -> type[mi.AdjointIntegrator]:
 
         def aov_names(self):
             return []
+
+        def path_sampler(self, scene, sensor):
+            """What traces single paths for Markov chains."""
+            return BidirectionalSampler(scene, sensor, self)
+
+        def from_camera(self):
+            """The path tracer that finds the same light, but what only light subpaths find."""
+            return mi.load_dict(self.as_dict("surfacepath", self.min_depth, self.max_depth))
+
+        def with_depth_range(self, min_depth, max_depth):
+            """The same integrator for the light of paths of some lengths alone."""
+            return mi.load_dict(self.as_dict("bdpt", min_depth, max_depth))
+
+        def as_dict(self, kind, min_depth, max_depth):
+            """An integrator of another kind for paths of some lengths alone."""
+            longest = min(max_depth, self.max_depth)
+            return {
+                "type": kind,
+                "min_depth": max(min_depth, self.min_depth),
+                "max_depth": -1 if longest == NO_LIMIT else longest,
+                "rr_depth": self.rr_depth,
+                "hide_emitters": self.hide_emitters,
+            }
 
         def render(self, scene, sensor=0, seed=0, spp=0, develop=True, evaluate=True):
             sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor

@@ -30,19 +30,22 @@ PATIENCE = 256
 """Depth by which roulette has ended three of four paths that lose nothing."""
 
 
-def nested_integrator(props: mi.Properties) -> mi.SamplingIntegrator:
+def nested_integrator(props: mi.Properties, capable: str = "") -> mi.SamplingIntegrator:
     """Return the one sampling integrator that is nested in another one.
 
     Args:
         props: `mi.Properties` of the outer integrator.
+        capable: attribute of other integrators that are taken, too.
 
     Raises:
         ValueError: there is none, several, or one that renders no samples of single pixels, or
             none without their derivatives, as ``prb``.
     """
     nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
-    if len(nested) != 1 or not isinstance(nested[0], mi.SamplingIntegrator):
-        raise ValueError(f"{props.plugin_name()} takes one nested sampling integrator")
+    taken = [isinstance(x, mi.SamplingIntegrator) or hasattr(x, capable) for x in nested]
+    if taken != [True]:
+        also = " or bdpt" if capable else ""
+        raise ValueError(f"{props.plugin_name()} takes one nested sampling integrator{also}")
     if isinstance(nested[0], mi.CppADIntegrator):
         differentiating = type(nested[0]).__name__
         raise ValueError(f"{props.plugin_name()} nests path or its like, not {differentiating}")

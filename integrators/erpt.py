@@ -9,7 +9,7 @@ r"""Energy redistribution path tracing (``erpt``)
      - Description
    * - (nested)
      - integrator
-     - Sampling integrator that traces the paths. Required.
+     - Sampling integrator that traces the paths, or ``bdpt``, as in ``pssmlt``. Required.
    * - ``length``
      - integer
      - Mutations of each chain, 1 or more. Long chains carry light further. Default: 512.

@@ -198,7 +198,10 @@ def _run(
             r = uniform(keyed, d)
             fresh = is_large | (d >= drawn)
             old = u.read(dr.minimum(d, STATE_SIZE - 1), ~fresh)
-            value = dr.select(fresh, r, perturb(old, offset(r, q)))
+            moved = perturb(old, offset(r, q))
+            if paths.held:
+                moved = dr.select((d >= paths.held.start) & (d < paths.held.stop), old, moved)
+            value = dr.select(fresh, r, moved)
             return dr.select(first, with_film_position(position, d, value), value)
 
         # ------------------------------ proposal ------------------------------

@@ -12,7 +12,13 @@ import numpy as np
 from relume.integrators.common import NO_LIMIT, nested_integrator, with_depth_range
 from relume.integrators.markovchains import ChainResults
 from relume.integrators.primarysamples import MUTATIONS, PathSampler
-from relume.integrators.uniformsamples import Samples, pixel_coverage, pixel_means, uniform_samples
+from relume.integrators.uniformsamples import (
+    Samples,
+    pixel_coverage,
+    pixel_means,
+    uniform_numbers,
+    uniform_samples,
+)
 from relume.parameters import NOT_NEGATIVE, POSITIVE, choice, flag, number
 
 PILOT_SAMPLES = 2**15
@@ -38,26 +44,30 @@ class Pilot:
         importance: (pixels,) 1/m.
         b: guess of the mean of I; 0 if no light was found.
         second_moment: mean of I² over b².
+        target: (n,) I of its samples, no more than 50 b each.
     """
 
     importance: np.ndarray
     b: float
     second_moment: float
+    target: np.ndarray
 
     @classmethod
-    def of(cls, paths: PathSampler) -> Pilot:
+    def of(cls, paths: PathSampler, seed: int = 0) -> Pilot:
         """Trace the pilot of a scene."""
         from scipy.ndimage import gaussian_filter
 
-        samples = uniform_samples(paths, PILOT_SAMPLES, seed=0)
+        samples = uniform_samples(paths, PILOT_SAMPLES, seed)
         Y = samples.luminance
         mean = Y.mean()
         if mean == 0:
-            return cls(np.ones(paths.pixels, np.float32), 0.0, 0.0)
+            return cls(np.ones(paths.pixels, np.float32), 0.0, 0.0, Y)
         # Single bright paths would make islands.
         capped = np.minimum(Y, 50 * mean)
         picture = np.bincount(samples.pixel, capped, paths.pixels)
-        hits = np.bincount(samples.pixel, minlength=paths.pixels)
+        hits: np.ndarray = np.full(paths.pixels, len(Y) / paths.pixels)
+        if paths.spread:
+            hits = np.bincount(samples.pixel, minlength=paths.pixels)
         shape = (paths.height, paths.width)
         sigma = max(shape) / 40
         light, count = (
@@ -68,7 +78,18 @@ class Pilot:
         m = np.sqrt(rough**2 + 0.01 * mean**2)
         importance = (m.mean() / m).ravel().astype(np.float32)
         I = Y * importance[samples.pixel]
-        return cls(importance, I.mean(), np.mean(I**2) / I.mean() ** 2)
+        b = I.mean()
+        return cls(importance, b, np.mean(I**2) / b**2, np.minimum(I, 50 * b))
+
+    @classmethod
+    def learnt(cls, paths: PathSampler) -> Pilot:
+        """That of paths, after one from which they learn which ways to take."""
+        pilot = cls.of(paths)
+        if not hasattr(paths, "ways") or not pilot.b:
+            return pilot
+        chosen = paths.ways.entry(uniform_numbers(PILOT_SAMPLES, 0, paths.held.start))
+        paths.ways.learn(chosen.numpy(), pilot.target)
+        return cls.of(paths, seed=PILOT_SAMPLES)
 
 
 def systematic_resampling(I: np.ndarray, chains: int, u: float) -> np.ndarray:
@@ -121,7 +142,8 @@ class Statistics:
     def lines(self) -> list[str]:
         """Return the report, a string for each line."""
         if not self.uniform:
-            return []
+            why = self.fallback_reason
+            return [f"{why}: rendered by independent samples"] if why else []
         b = self.sum_Y / self.uniform
         variance = max(self.sum_YY / self.uniform - b * b, 0)
         error = np.sqrt(variance / self.uniform)
@@ -169,6 +191,14 @@ def mutation_sizes(name: str, props: mi.Properties) -> tuple[float, float]:
     return s1, s2
 
 
+def path_sampler(scene: mi.Scene, sensor: mi.Sensor, integrator: mi.Integrator) -> PathSampler:
+    """What traces the paths of an integrator, by one of its own where it has one."""
+    if hasattr(integrator, "path_sampler"):
+        own: PathSampler = integrator.path_sampler(scene, sensor)
+        return own
+    return PathSampler(scene, sensor, integrator)
+
+
 @functools.cache
 def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
     """The base class of both integrators under the variant in use."""
@@ -183,13 +213,15 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             mutation, s1, s2: kind of small steps and their sizes.
             direct_samples: independent samples per mutation for direct light; with 0 the chains
                 render it.
-            direct, chained: the integrators of direct light and of what the chains find.
+            separate: edges of the longest paths that independent samples find: 2 with
+                `direct_samples`, 1 over ``bdpt``, else 0.
+            direct, chained: the integrators of these and of what the chains find.
             statistics: `Statistics` of all renders.
         """
 
         def __init__(self, props):
             mi.AdjointIntegrator.__init__(self, props)
-            self.nested = nested_integrator(props)
+            self.nested = nested_integrator(props, capable="path_sampler")
             if self.nested.aov_names():
                 name = props.plugin_name()
                 raise ValueError(f"{name} renders colours, no AOVs as {self.nested.class_name()}")
@@ -199,9 +231,13 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             self.s1, self.s2 = mutation_sizes(self.mutation, props)
             self.direct_samples = number(props, "direct_samples", 0.0, NOT_NEGATIVE)
             self.chained = self.nested
-            if self.direct_samples:
-                self.direct = with_depth_range(self.nested, 1, MAX_DIRECT_DEPTH)
-                self.chained = with_depth_range(self.nested, MAX_DIRECT_DEPTH + 1, NO_LIMIT)
+            two_sided = hasattr(self.nested, "path_sampler")
+            separate = MAX_DIRECT_DEPTH if self.direct_samples else int(two_sided)
+            if separate:
+                camera = self.nested.from_camera() if two_sided else self.nested
+                self.direct = with_depth_range(camera, 1, separate)
+                self.chained = with_depth_range(self.nested, separate + 1, NO_LIMIT)
+            self.separate = separate
             self.pilots = {}
             self.statistics = Statistics()
 
@@ -233,7 +269,7 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
             spp = spp or sensor.sampler().sample_count()
             rng = np.random.default_rng(int(np.array(seed).ravel()[0]))
-            paths = PathSampler(scene, sensor, self.chained)
+            paths = path_sampler(scene, sensor, self.chained)
             film = sensor.film()
             if film.flags() & +mi.FilmFlags.Special:
                 raise ValueError(f"chains fill films of colours, no {film.class_name()}")
@@ -253,14 +289,13 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             pilot = self.pilot(paths)
             self.statistics.fallback_reason = self.fallback_reason(pilot)
             if self.statistics.fallback_reason:
-                mean, *sums = self.independent_samples(paths, self.nested, rng, spp)
-                self.statistics.add_uniform(spp * paths.pixels, *sums)
-                return mean
+                return self.independent_samples(paths, self.nested, rng, spp)
             picture = self.render_chains(paths, pilot, rng, spp)
-            if self.direct_samples:
-                count = max(1, round(self.direct_samples * spp))
+            if self.separate:
+                # Lamps that are seen take no more than a ray of the camera.
+                count = max(1, round(self.direct_samples * spp)) if self.direct_samples else spp
                 self.statistics.direct_samples += count
-                picture += self.independent_samples(paths, self.direct, rng, count)[0]
+                picture += self.independent_samples(paths, self.direct, rng, count, False)
             return picture
 
         def fallback_reason(self, pilot):
@@ -271,8 +306,11 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             """The `Pilot`; one that no longer fits, as the scene has changed, is no error."""
             key = (paths.sensor.ptr, paths.width, paths.height)
             if key not in self.pilots:
-                self.pilots[key] = Pilot.of(paths)
-            return self.pilots[key]
+                self.pilots[key] = Pilot.learnt(paths), getattr(paths, "ways", None)
+            pilot, ways = self.pilots[key]
+            if ways:
+                paths.ways = ways
+            return pilot
 
         def seeds(self, rng):
             """Seeds of the bootstrap and of the chains."""
@@ -287,9 +325,15 @@ def metropolis_class(_variant: str) -> type[mi.AdjointIntegrator]:
             target = samples.luminance * pilot.importance[samples.pixel]
             return samples, target.reshape(2, count)
 
-        def independent_samples(self, paths, integrator, rng, spp):
-            """Render with an integrator by independent samples: see `pixel_means`."""
+        def independent_samples(self, paths, integrator, rng, spp, counted=True):
+            """Render with an integrator by independent samples: mean colours (pixels, 3)."""
+            seed = int(rng.integers(2**31))
+            if hasattr(integrator, "path_sampler"):
+                return integrator.render_image(paths.scene, paths.sensor, seed, spp)[:, :3]
             paths = PathSampler(paths.scene, paths.sensor, integrator)
-            return pixel_means(paths, spp, int(rng.integers(2**31)))
+            mean, *sums = pixel_means(paths, spp, seed)
+            if counted:
+                self.statistics.add_uniform(spp * paths.pixels, *sums)
+            return mean
 
     return Metropolis

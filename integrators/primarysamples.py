@@ -128,7 +128,14 @@ class PathSampler:
         scene: `mi.Scene`.
         sensor: `mi.Sensor`.
         integrator: `mi.SamplingIntegrator`.
+
+    Attributes:
+        spread: whether paths are seen where they begin, so that the film gets its share of them.
+        held: the numbers, after the first two, that small steps leave as they are.
     """
+
+    spread = True
+    held = range(2, 2)
 
     def __init__(
         self, scene: mi.Scene, sensor: mi.Sensor, integrator: mi.SamplingIntegrator
@@ -184,19 +191,18 @@ class PathSampler:
         found, weight, _, _ = self._trace(number)
         return dr.select(found.valid, weight, 0)
 
-    def _trace(self, number: Numbers) -> tuple[PixelSample, mi.Float, mi.UInt32, mi.UInt32]:
-        """What a path finds, the weight of its place, its pixel, and how many numbers it drew."""
+    def place(self, number: Numbers) -> tuple[mi.Point2u, mi.Point2f, mi.Float]:
+        """A row of numbers' pixel, the position that it sees, [0, 1] inside, and its weight."""
         on_film = mi.Point2f(number(mi.UInt32(0)), number(mi.UInt32(1))) * self.size
         corner = mi.Point2u(on_film)
         in_pixel = on_film - mi.Point2f(corner)
         place, weight = self.filter.place(mi.Point2f(corner), in_pixel, self.size)
+        return corner, (mi.Point2f(corner) + place) / self.size, weight
+
+    def _trace(self, number: Numbers) -> tuple[PixelSample, mi.Float, mi.UInt32, mi.UInt32]:
+        """What a path finds, the weight of its place, its pixel, and how many numbers it drew."""
+        corner, position, weight = self.place(number)
         sampler = sampler_class(mi.variant())(number, 2)
-        found = trace_pixels(
-            self.scene,
-            self.sensor,
-            self.integrator,
-            sampler,
-            (mi.Point2f(corner) + place) / self.size,
-        )
+        found = trace_pixels(self.scene, self.sensor, self.integrator, sampler, position)
         pixel = corner.y * self.columns + corner.x
         return found, weight, pixel, mi.UInt32(sampler.dimension)

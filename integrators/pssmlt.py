@@ -9,7 +9,8 @@ r"""Metropolis light transport in primary sample space (``pssmlt``)
      - Description
    * - (nested)
      - integrator
-     - Sampling integrator that traces the paths. Required.
+     - Sampling integrator that traces the paths, or ``bdpt``, which finds them from both ends.
+       Required.
    * - ``bootstrap``
      - float
      - Uniform samples per mutation, from which chains start; above 0. They go to the picture, too.
@@ -39,15 +40,19 @@ r"""Metropolis light transport in primary sample space (``pssmlt``)
      - float
      - Independent samples per mutation, at least one per pixel, that find emitters and direct
        light; with 0 the chains do. The nested integrator must be able to render paths of a range
-       of depths, as ``surfacepath`` is. Default: 0.
+       of depths, as ``surfacepath`` and ``bdpt`` are. Default: 0.
    * - ``fallback``
      - boolean
-     - Render scenes whose paths are all about equally bright by independent samples. Default:
-       true.
+     - Render scenes whose paths are all about equally bright by independent samples, or by
+       ``bdpt`` itself. Default: true.
 
 The nested integrator traces its paths from the numbers of Markov chains instead of independent
 ones, so every material, light and medium that it knows is rendered. Paths that are hard to find
 are explored once found. The samples of a pixel are its mutations.
+
+Paths of ``bdpt`` are found in one way at a time, s vertices from the lamp and t from the camera,
+drawn by a number of the chain (multiplexed Metropolis light transport); lamps that are seen
+directly are left to independent samples.
 
 The target is :math:`I = Y / m`: the luminance of a path over a blurred picture, which makes the
 error relative to the brightness even over the picture (Veach's two-stage Metropolis). The blurred
@@ -86,7 +91,8 @@ very bright path show as bright pixels.
 
 **Source.** C. Kelemen, L. Szirmay-Kalos, G. Antal and F. Csonka, "A Simple and Robust Mutation
 Strategy for the Metropolis Light Transport Algorithm", Computer Graphics Forum 2002; E. Veach and
-L. Guibas, "Metropolis Light Transport", SIGGRAPH 1997 (two stages).
+L. Guibas, "Metropolis Light Transport", SIGGRAPH 1997 (two stages); T. Hachisuka, A. Kaplanyan and
+C. Dachsbacher, "Multiplexed Metropolis Light Transport", ACM Transactions on Graphics 2014.
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``.
 

@@ -111,6 +111,23 @@ def scatter(
     return evaluated, Drawn(wo, weight, pdf, back, eta, kind)
 
 
+def drawn(
+    ctx: mi.BSDFContext,
+    si: mi.SurfaceInteraction3f,
+    sample1: mi.Float,
+    sample2: mi.Point2f,
+    active: mi.Bool,
+) -> Drawn:
+    """Draw a direction at a surface; arguments as `scatter`."""
+
+    def call(bsdf, si, sample1, sample2, active):
+        bs, weight = bsdf.sample(ctx, si, sample1, sample2, active)
+        back = pdf_back(bsdf, ctx, si, bs.wo, active)
+        return bs.wo, mi.Spectrum(weight), bs.pdf, back, bs.eta, bs.sampled_type
+
+    return Drawn(*dr.dispatch(si.bsdf(), call, si, sample1, sample2, active))
+
+
 def without_shading_normal(si: mi.SurfaceInteraction3f, d: mi.Vector3f) -> mi.Float:
     """The geometric over the shading cosine of a direction.
 

@@ -18,25 +18,21 @@ MOST = 2.0**58
 """Largest value of one splat, in units."""
 
 
-class SplatFilm:
-    """A film of sums.
+class FilmPixels:
+    """The pixels of a film that see what arrives at a position on it.
 
     Args:
-        film: ``mi.Film``, whose size and filter it has.
-        scale: of what a splat brings.
+        film: ``mi.Film``, whose size and filter count.
     """
 
-    def __init__(self, film: mi.Film, scale: float) -> None:
+    def __init__(self, film: mi.Film) -> None:
         self.width, self.height = (int(x) for x in film.crop_size())
         self.filter, self.rfilter = PixelFilter(film), film.rfilter()
         if self.filter.tent:
             self.radius = 0.5
         else:
             self.radius = self.filter.radius if self.filter.tabulated else 0.5
-        self.unit = 2.0 ** math.floor(math.log2(PRECISION / scale)) if scale > 0 else 1.0
         self.size = mi.Vector2f(*(dr.opaque(mi.Float, float(x)) for x in (self.width, self.height)))
-        self.units = dr.opaque(mi.Float, self.unit)
-        self.sums = dr.zeros(mi.Int64, self.width * self.height * 3)
 
     def covers(self, position: mi.Point2f) -> mi.Bool:
         """Whether a position, [0, 1] inside, is seen by a pixel of the film."""
@@ -70,6 +66,41 @@ class SplatFilm:
             left &= ~here
         return pixel, dr.select(left, 0, sign * total)
 
+    def pixel(
+        self, position: mi.Point2f, sample: mi.Point2f
+    ) -> tuple[mi.UInt32, mi.Float, mi.Bool]:
+        """Draw a pixel that sees a position.
+
+        Args:
+            position: ``mi.Point2f``, on the film, [0, 1] inside.
+            sample: ``mi.Point2f``, uniform variates.
+
+        Returns:
+            (its index, the weight for drawing it, whether it is one of the film).
+        """
+        x = position * self.size
+        (column, a), (row, b) = (
+            self._pixel(*one) for one in zip(x, sample, self.size, strict=True)
+        )
+        inside = (column >= 0) & (row >= 0) & (column < self.size.x) & (row < self.size.y)
+        place = mi.UInt32(dr.select(inside, dr.fma(row, self.size.x, column), 0))
+        return place, a * b, inside
+
+
+class SplatFilm(FilmPixels):
+    """A film of sums.
+
+    Args:
+        film: ``mi.Film``, whose size and filter it has.
+        scale: of what a splat brings.
+    """
+
+    def __init__(self, film: mi.Film, scale: float) -> None:
+        super().__init__(film)
+        self.unit = 2.0 ** math.floor(math.log2(PRECISION / scale)) if scale > 0 else 1.0
+        self.units = dr.opaque(mi.Float, self.unit)
+        self.sums = dr.zeros(mi.Int64, self.width * self.height * 3)
+
     def splat(
         self,
         value: mi.Spectrum,
@@ -90,15 +121,11 @@ class SplatFilm:
         Returns:
             Its luminance.
         """
-        x = position * self.size
-        (column, a), (row, b) = (
-            self._pixel(*one) for one in zip(x, sample, self.size, strict=True)
-        )
-        active &= (column >= 0) & (row >= 0) & (column < self.size.x) & (row < self.size.y)
-        color = linear_rgb(dr.select(active, value * (a * b), 0), wavelengths)
+        place, weight, inside = self.pixel(position, sample)
+        active &= inside
+        color = linear_rgb(dr.select(active, value * weight, 0), wavelengths)
         active &= dr.all(dr.isfinite(color))
         color = dr.select(active, color, 0)
-        place = mi.UInt32(dr.select(active, dr.fma(row, self.size.x, column), 0))
         for i in range(3):
             units = mi.Int64(dr.round(dr.clip(color[i] * self.units, -MOST, MOST)))
             # Direct: other modes keep a film for each thread.

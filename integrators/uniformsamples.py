@@ -96,6 +96,14 @@ def uniform_samples(paths: PathSampler, count: int, seed: int) -> Samples:
     return Samples(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
+def uniform_numbers(count: int, seed: int, dimension: int) -> mi.Float:
+    """One number, not of the position on the film, of each path that `uniform_samples` traces."""
+    lane, n = dr.arange(mi.UInt32, 2 * count), dr.opaque(mi.UInt32, count)
+    half = dr.select(lane < n, mi.UInt32(0), mi.UInt32(1))
+    own = key(lane - half * n, dr.opaque(mi.UInt32, seed) + half)
+    return uniform(own, mi.UInt32(dimension))
+
+
 def pixel_means(paths: PathSampler, spp: int, seed: int) -> tuple[np.ndarray, float, float]:
     """The picture by `spp` independent samples of each pixel.
 

@@ -32,13 +32,20 @@ RUNS, PASSES, SPP = 8, 3, 50
 REFERENCE_SPP, LAUNCH_SPP = {"occluded room": 12000, "Cornell box": 1000}, 200
 USUAL_SPP = 4000
 DEPTH = {"max_depth": 9, "rr_depth": 5}
-PATHS = {"type": "surfacepath"} | DEPTH
+PATHS, TWO_SIDED = {"type": "surfacepath"} | DEPTH, {"type": "bdpt"} | DEPTH
 METHODS = {
     "path": {"type": "path"} | DEPTH,
     "pssmlt": {"type": "pssmlt", "paths": PATHS},
     "pssmlt, direct apart": {"type": "pssmlt", "direct_samples": 0.2, "paths": PATHS},
     "erpt": {"type": "erpt", "paths": PATHS},
-}
+    "bdpt": TWO_SIDED,
+    "pssmlt over bdpt": {"type": "pssmlt", "paths": TWO_SIDED},
+    "the same, without fallback": {"type": "pssmlt", "fallback": False, "paths": TWO_SIDED},
+    "the same, direct apart": {
+        "type": "pssmlt", "fallback": False, "direct_samples": 0.2, "paths": TWO_SIDED,
+    },
+    "erpt over bdpt": {"type": "erpt", "paths": TWO_SIDED},
+}  # fmt: skip
 NEVER_HANDED_OVER = {
     "pssmlt, without fallback": {"type": "pssmlt", "fallback": False, "paths": PATHS}
 }

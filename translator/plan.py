@@ -132,7 +132,13 @@ def paths_of_chains(integrator: Entry) -> Entry:
 def metropolis_integrator(
     document: Document, dialect: str, paths: Entry, reason: str
 ) -> tuple[Entry, str]:
-    """The Metropolis integrator around the one that traces paths, and the reason for it."""
+    """The Metropolis integrator around the one that traces paths, and the reason for it.
+
+    Paths of surfaces alone are found from both ends, which chains gain by (docs/metropolis.md).
+    """
+    if paths["type"] == "surfacepath":
+        paths = paths | {"type": "bdpt"}
+        reason += "; found from both ends"
     if document.erpt:
         chains = {"type": "erpt", "length": mutations(document), "paths": paths}
         return chains, f"energyRedistributionPathTracing; its paths: {reason}"

@@ -197,7 +197,7 @@ def with_separate_direct_light(translation: Translation) -> str:
         if integrator.get("luminance_limit", 0) > 0:
             return "luminance_cutoff cuts direct and indirect light together"
         integrator = integrator["integrator"]
-    can = integrator["type"] == "surfacepath"
+    can = integrator["type"] in ("surfacepath", "bdpt")
     return "" if can else f"{integrator['type']} cannot leave out direct light"
 
 
@@ -205,6 +205,11 @@ def small_steps(kind: str) -> Method:
     """The row of `pssmlt` with small steps of another shape."""
     chains = {"type": "pssmlt", "mutation": kind}
     return Method(f"pssmlt-{kind}", as_planned, chains=chains, charted=False)
+
+
+def two_sided(kind: str) -> Method:
+    """The row of chains over paths that are found from both ends."""
+    return Method(f"{kind}-bdpt", tracer("bdpt"), obstacle=without_wrapping, chains={"type": kind})
 
 
 DIPOLES = {
@@ -254,10 +259,12 @@ METHODS = (
         obstacle=with_separate_direct_light,
         chains={"type": "pssmlt", "direct_samples": 0.2},
     ),
+    two_sided("pssmlt"),
     small_steps("kelemen"),
     small_steps("lux"),
     small_steps("gaussian"),
     Method("erpt", as_planned, chains={"type": "erpt"}),
+    two_sided("erpt"),
 )
 """All methods; the command line, charts and studies take them from here."""
 

@@ -181,7 +181,7 @@ SCENES = {
         RGB,
         "pssmlt",
         "perspective",
-        ["pssmlt", "surfacepath"],
+        ["bdpt", "pssmlt"],
         16,
     ),
     "energy redistribution": (
@@ -189,7 +189,7 @@ SCENES = {
         RGB,
         "erpt",
         "perspective",
-        ["erpt", "surfacepath"],
+        ["bdpt", "erpt"],
         40,
     ),
     "no mutations": (
@@ -197,7 +197,7 @@ SCENES = {
         RGB,
         "erpt",
         "perspective",
-        ["erpt", "surfacepath"],
+        ["bdpt", "erpt"],
         256,
     ),
     "metropolis in fog": (

@@ -35,8 +35,8 @@ PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
 CHAINS = ["pssmlt", "pssmlt-kelemen", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
-SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", *CHAINS[1:]]
-"""Also those that leave direct light out, which not every path tracer can."""
+SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], "erpt-bdpt"]
+"""Also those that leave direct light out, which not every path tracer can, or trace from lamps."""
 
 
 def names(stage):
@@ -60,8 +60,7 @@ def test_each_scene_gets_the_methods_that_can_render_it(staged):
         "volpath",
         *SURFACE_CHAINS,
     ]
-    cut = [name for name in SURFACE_CHAINS if name != "pssmlt-direct"]
-    assert names(staged("luminance_cutoff\n0.5")) == ["surfacepath", "path", "volpath", *cut]
+    assert names(staged("luminance_cutoff\n0.5")) == ["surfacepath", "path", "volpath", *CHAINS]
     fog = {"integrator": {"type": "volpath"}, "box": {"interior": {"type": "homogeneous"}}}
     stage = staged()
     foggy = dataclasses.replace(stage.translation, scene=stage.translation.scene | fog)
@@ -122,6 +121,9 @@ def test_chains_go_around_the_wrappers(staged):
     assert made["type"] == "pssmlt" and made["mutation"] == "lux"
     assert made["paths"]["type"] == "samplescale"
     assert made["paths"]["integrator"]["type"] == "surfacepath"
+    with variant_and_threads(stage.translation):
+        made = staged().translated(methods.find("pssmlt-bdpt")).scene["integrator"]
+    assert made["type"] == "pssmlt" and made["paths"]["type"] == "bdpt"
     stage = staged("metropolisTransport\n1\nsensor_response\n2")
     planned = methods.planned(stage.translation)
     assert planned.name == "pssmlt"
