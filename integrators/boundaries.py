@@ -43,6 +43,7 @@ class Anchor:
         shape: ``mi.ShapePtr``.
         prim: ``mi.UInt32``, index of the face on the shape.
         extent: ``mi.Float``, diagonal of the box around the shape.
+        outer: ``mi.Bool``, whether the region is on the side that the shape's normals point to.
     """
 
     p: mi.Point3f
@@ -53,6 +54,7 @@ class Anchor:
     shape: mi.ShapePtr
     prim: mi.UInt32
     extent: mi.Float
+    outer: mi.Bool
 
     @classmethod
     def none(cls, p: mi.Point3f) -> Anchor:
@@ -66,6 +68,7 @@ class Anchor:
             dr.zeros(mi.ShapePtr),
             mi.UInt32(0),
             mi.Float(0),
+            mi.Bool(False),
         )
 
     def f(self, x: mi.Vector3f) -> mi.Float:
@@ -138,7 +141,8 @@ class KnownSurfaces:
         active = active & (number < dr.width(self._kind)) & (si.instance == None)  # noqa: E711
         kind = dr.gather(mi.UInt32, self._kind, number, active)
         x, y, z, R = (dr.gather(mi.Float, column, number, active) for column in self._ball)
-        n = dr.select(dr.dot(si.n, d) < 0, mi.Vector3f(si.n), -mi.Vector3f(si.n))
+        outer = dr.dot(si.n, d) > 0
+        n = dr.select(outer, -mi.Vector3f(si.n), mi.Vector3f(si.n))
         curvature = dr.rcp(dr.mulsign(R, dr.dot(n, si.p - mi.Point3f(x, y, z))))
         k = dr.select(kind == SPHERE, curvature, 0)
         return Anchor(
@@ -150,6 +154,7 @@ class KnownSurfaces:
             shape=mi.ShapePtr(si.shape),
             prim=mi.UInt32(si.prim_index),
             extent=dr.gather(mi.Float, self._extent, number, active),
+            outer=outer,
         )
 
 
