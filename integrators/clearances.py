@@ -70,10 +70,20 @@ class Clearances:
 
     def at(self, p: mi.Point3f, active: mi.Bool) -> mi.Float:
         """Distances at points [scene unit]; 0 where something may be."""
-        found = mi.Float(dr.inf)
+        return self.two(p, active)[0]
+
+    def two(self, p: mi.Point3f, active: mi.Bool) -> tuple[mi.Float, mi.Float]:
+        """The two least distances at points [scene unit]: of points of a sphere, 0 and the rest."""
+        first, second = mi.Float(dr.inf), mi.Float(dr.inf)
         for x, y, z, R in self._balls:
-            found = dr.minimum(found, dr.abs(dr.norm(p - mi.Point3f(x, y, z)) - R))
-        return found if self._grid is None else dr.minimum(found, self._grid.at(p, active))
+            t = dr.abs(dr.norm(p - mi.Point3f(x, y, z)) - R)
+            second = dr.minimum(second, dr.maximum(first, t))
+            first = dr.minimum(first, t)
+        if self._grid is not None:
+            t = self._grid.at(p, active)
+            second = dr.minimum(second, dr.maximum(first, t))
+            first = dr.minimum(first, t)
+        return first, second
 
 
 _grids: dict[tuple[str, int, int], Grid] = {}

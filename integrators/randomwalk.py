@@ -124,6 +124,15 @@ UNLIT = 10.0
 CERTAIN = 1e12
 """Density of directions that no emitter sampling could have found [1/sr]."""
 
+LEVEL = 0.02
+"""Radius of the largest half ball around a point of a sphere, in units of its radius."""
+
+LOSSLESS = 1e-3
+"""Share of the light that may be lost in a half ball that is taken for one that loses none."""
+
+PATIENT = 1 - 1e-6
+"""Most of the walks that go on after a scattering: in a closed room that loses nothing they end."""
+
 GRAZING = 1e-5
 """Least cosine at which walks leave a surface: the rounding of normals must not turn them back."""
 
@@ -154,6 +163,7 @@ class Surroundings(Surfaces):
         sphere = scene.bbox().bounding_sphere()
         across = 2 * float(sphere.radius)
         self.clearances = Clearances(scene, across * self.media.densest > FOLLOWED)
+        self.leaps = self.clearances.known and self.media.similar and self.known.white
         self.center, self.radius = mi.Point3f(sphere.center), mi.Float(OUT * sphere.radius)
 
 
@@ -280,7 +290,11 @@ def define() -> type[mi.SamplingIntegrator]:
             lights = walks & (path.open | around.lamps_inside) & medium.use_emitter_sampling()
             lights &= dr.max(inner.albedo) > 0
             kappa = eigenvalue(inner.reduced_albedo)
-            walk = Walk.beginning(path.ray.d, path.β, path.depth, walks)
+            walk = Walk.beginning(anchor, path.ray.d, path.β, path.depth, walks)
+            if dr.hint(around.leaps and self.max_depth == NO_LIMIT, mode="scalar"):
+                leaps = walks & (anchor.absorbed < 1)
+                if leaps:
+                    self.leap(around, sampler, anchor, inner, lights, walk, leaps)
             while dr.hint(walk.inside, label="Random walk"):
                 scatters, flight = self.fly(
                     around, scene, sampler, path, medium, inner, lights, walk
@@ -309,7 +323,7 @@ def define() -> type[mi.SamplingIntegrator]:
                 walk.β *= dr.select(scatters, weight, 1)
                 # No light is lost for ever, however long the walk: what survives has β η² = 1.
                 β_max = dr.max(walk.β)
-                survival = dr.minimum(η2 * β_max, 1)
+                survival = dr.minimum(η2 * β_max, PATIENT)
                 decides = scatters & (walk.depth >= self.rr_depth)
                 survives = sampler.next_1d() < survival
                 walk.β = mi.Spectrum(dr.select(decides, walk.β / survival, walk.β))
@@ -337,6 +351,32 @@ def define() -> type[mi.SamplingIntegrator]:
             walk.d = dr.select(active, d, walk.d)
             walk.β *= dr.select(active, survival(r * reduced, a, kappa), 1)
             return active
+
+        def leap(self, around, sampler, anchor, inner, lights, walk, active):
+            """Take walks from where they leave a white sphere to a half ball around that point.
+
+            They come back to what reflects all light about as often as the half ball's radius has
+            mean free paths.
+            """
+            reduced = dr.max(inner.reduced)
+            _, r = around.clearances.two(anchor.p, active)
+            r -= tolerance(anchor.p, anchor.extent)
+            r -= dr.select(lights, UNLIT / dr.min(inner.sigma_t), 0)
+            r = dr.minimum(r, LEVEL / dr.abs(anchor.k))
+            lost = anchor.absorbed + (1 - dr.min(inner.reduced_albedo)) * r * reduced
+            active &= lost * r * reduced < LOSSLESS
+            active &= r * dr.min(inner.reduced) > 2 * LEAST
+            a = dr.min(inner.reduced_albedo)
+            u, d = sample_exit(r * reduced, a, sampler.next_2d(), sampler.next_2d())
+            # Evenly over what of the ball is on this side, where the surface bends away.
+            cos, horizon = dr.dot(u, anchor.n), 0.5 * anchor.k * r
+            turned = dr.lerp(horizon, 1, 0.5 * (1 - cos))
+            side = dr.normalize(dr.fma(-cos, anchor.n, u))
+            v = dr.fma(dr.safe_sqrt(1 - turned * turned), side, -turned * anchor.n)
+            d = mi.Frame3f(v).to_world(mi.Frame3f(u).to_local(d))
+            walk.x = dr.select(active, r * v, walk.x)
+            walk.d = dr.select(active, d, walk.d)
+            walk.fresh &= ~active
 
         def fly(self, around, scene, sampler, path, medium, inner, lights, walk):
             """Take walks to the end of a flight; return which scatter there, and their `Flight`."""

@@ -37,6 +37,8 @@ class Walk:
         arrived: ``mi.Bool``, whether it has ended on a surface.
         o: ``mi.Point3f``, where the ray has started that has found the surface.
         pi: ``mi.PreliminaryIntersection3f``, what it has found, if any has.
+        seen: ``mi.ShapePtr``, surface that was seen ahead last.
+        outer: ``mi.Bool``, whether the walk is on the side that its normals point to.
         vertex: ``mi.Vector3f``, `x` of the last scattering.
         pdf: ``mi.Float``, density of the direction drawn there [1/sr].
         flight: `Flight` that has led there, relative to the anchor.
@@ -55,13 +57,20 @@ class Walk:
     arrived: mi.Bool
     o: mi.Point3f
     pi: mi.PreliminaryIntersection3f
+    seen: mi.ShapePtr
+    outer: mi.Bool
     vertex: mi.Vector3f
     pdf: mi.Float
     flight: Flight
 
     @classmethod
     def beginning(
-        cls, d: mi.Vector3f, throughput: mi.Spectrum, depth: mi.UInt32, inside: mi.Bool
+        cls,
+        anchor: Anchor,
+        d: mi.Vector3f,
+        throughput: mi.Spectrum,
+        depth: mi.UInt32,
+        inside: mi.Bool,
     ) -> Walk:
         """One that sets out from its anchor."""
         return cls(
@@ -78,6 +87,8 @@ class Walk:
             arrived=mi.Bool(False),
             o=mi.Point3f(0),
             pi=nothing(),
+            seen=mi.ShapePtr(anchor.shape),
+            outer=mi.Bool(anchor.outer),
             vertex=mi.Vector3f(0),
             pdf=mi.Float(1),
             flight=Flight.none(),
@@ -142,20 +153,23 @@ def flight_end(
         start = dr.select(walk.fresh, off, -off)
         start = dr.select(walk.start > 0, walk.start, start)
         ray = mi.Ray3f(dr.fma(start, walk.d, p), walk.d)
-        ray.maxt = s - start
+        ray.maxt = s + 4 * off - start
         pi = scene.ray_intersect_preliminary(ray, coherent=False, active=rays & (ray.maxt > 0))
         hit = pi.is_valid()
         si = pi.compute_surface_interaction(ray, mi.RayFlags.Minimal, hit)
         t = pi.t + start
         beyond = dr.maximum(t, 0) + off
         # Seen from where the walk is, a surface has the walk's medium on this side. Of what is
-        # opaque the walk knows on which side of the last one it is; others are ahead.
+        # opaque the walk knows on which side of the one seen last it is.
         near = hit & (t < 2 * off)
         parts = si.is_medium_transition()
-        behind = (pi.shape == anchor.shape) & ((dr.dot(si.n, walk.d) > 0) == anchor.outer)
+        outer = dr.dot(si.n, walk.d) < 0
+        behind = (pi.shape == walk.seen) & (outer != walk.outer)
         behind |= t < -UNSURE * off
         other = dr.select(parts, si.target_medium(-walk.d) != medium, behind)
         stale = near & other
+        walk.seen = dr.select(hit & ~near, pi.shape, walk.seen)
+        walk.outer = dr.select(hit & ~near, outer, walk.outer)
         # Of its own face the walk knows better where it is.
         same = hit & anchor.known & (pi.shape == anchor.shape) & (pi.prim_index == anchor.prim)
         missed = ~hit & anchor.known & (own < s) & (anchor.depth(walk.x) < off)
