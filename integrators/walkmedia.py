@@ -102,7 +102,7 @@ class Media:
         """Largest reduced extinction of a medium [1/scene unit]."""
         ray = dr.zeros(mi.Ray3f)
         if mi.is_spectral:
-            ray.wavelengths += mi.Color4f(450, 520, 580, 640)
+            ray.wavelengths = mi.Spectrum(450, 520, 580, 640)
         inner = self.coefficients(mi.MediumPtr(medium), ray.wavelengths, mi.Bool(True))
         return float(np.max(np.array(inner.reduced)))
 

@@ -145,11 +145,19 @@ SCENES = {
     ),
     "no fog": ("participatingMedia\n1\n", RGB, "surfacepath", "perspective", ["surfacepath"], 32),
     "prism in fog": (
-        FOG + BALL + "reflection reflection99\n",
+        "DEPTH\n500\n" + FOG + BALL + "reflection reflection99\n",
         SPECTRAL,
         "volpathmis",
         "perspective",
         ["schlickglass"],
+        32,
+    ),
+    "dense fog": (
+        FOG + BALL + "reflection diffuse\n",
+        RGB,
+        "randomwalk",
+        "perspective",
+        ["randomwalk"],
         32,
     ),
     "marble": (
