@@ -1,7 +1,7 @@
 r"""How far it is at least from a point to the next surface or lamp of a scene.
 
-Spheres, and lamps that are points, by their equations. Flat faces by a grid: a point of them lies in
-each voxel that they are marked in, a Euclidean distance transform tells how far it is from the
+Spheres, and lamps that are points, by their equations. Flat faces by a grid: a point of them lies
+in each voxel that they are marked in, a Euclidean distance transform tells how far it is from the
 middle of every voxel to that of the next one marked, and what the two may be off their middles is
 taken off. What is nearer than about three voxels to a flat face counts as near to it.
 """
@@ -92,7 +92,7 @@ _grids: dict[tuple[str, int, int], Grid] = {}
 
 def grid_of(faces: np.ndarray) -> Grid:
     """The `Grid` of triangles (N, 3, 3)."""
-    key = mi.variant(), len(faces), zlib.crc32(np.ascontiguousarray(faces))
+    key = mi.variant(), len(faces), zlib.crc32(faces.tobytes())
     if key not in _grids:
         _grids.clear()
         _grids[key] = Grid(faces)

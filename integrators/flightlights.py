@@ -246,7 +246,9 @@ class Lamps:
                 one = dr.mulsign(mi.Float(dr.inf), speed)
             outside = (at < 0) | ((at > 1) if row < 2 else False)
             still = speed == 0
-            t0 = dr.select(still, dr.select(outside, dr.inf, t0), dr.maximum(t0, dr.minimum(zero, one)))
+            t0 = dr.select(
+                still, dr.select(outside, dr.inf, t0), dr.maximum(t0, dr.minimum(zero, one))
+            )
             t1 = dr.select(still, t1, dr.minimum(t1, dr.maximum(zero, one)))
         return dr.select(is_beam, t0, 0), dr.select(is_beam, t1, dr.inf)
 

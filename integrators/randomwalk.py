@@ -316,7 +316,9 @@ def define() -> type[mi.SamplingIntegrator]:
                     if dr.hint(around.clearances.known, mode="scalar"):
                         jumps = scatters & (~anchor.alone | (anchor.k > 0) & ~lights)
                     if jumps:
-                        jumps = self.jump(around, sampler, anchor, inner, kappa, lights, walk, jumps)
+                        jumps = self.jump(
+                            around, sampler, anchor, inner, kappa, lights, walk, jumps
+                        )
                     walk.pdf = dr.select(jumps, CERTAIN, walk.pdf)
                     scatters &= ~jumps
                 walk.d = dr.select(scatters, w, walk.d)

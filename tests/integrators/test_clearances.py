@@ -1,4 +1,4 @@
-"""Distances to the next surface: never more than they are, and not much less far from flat faces."""
+"""Distances to the next surface: never too large, and not much too small."""
 
 import mitsuba as mi
 import numpy as np
@@ -44,7 +44,7 @@ def test_flat_faces():
     first, _ = at({"cube": {"type": "cube", "to_world": turned}}, POINTS)
     exact = np.array([distances(faces - p).min() for p in POINTS])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    inside = ((POINTS > low) & (POINTS < high)).all(axis=1)
+    inside = ((low < POINTS) & (high > POINTS)).all(axis=1)
     assert (first <= exact + 1e-6).all()
     assert (first[inside] > exact[inside] - 4 * (high - low).max() / 96).all()
 

@@ -32,8 +32,8 @@ def stretch(α, δ, D, t0=0.0, t1=3.0):
                             (0.5, 9, 1, 0)]
 )  # fmt: skip
 def test_density_is_that_of_the_samples(α, δ, D, t0):
-    """Mean of 1/p over [a, b] is b - a: 400 000 samples, parts of the ray, 5 standard errors, of 0.6 % at most; a
-    density that is 4 % off makes more."""
+    """The mean of 1/p over [a, b] is b - a: 5 standard errors, each of 0.6 % at most; a density
+    that is 4 % off makes more."""
     sigma, q = mi.Spectrum(0.2, 1, 4), mi.Spectrum(0.5, 0.25, 0.25)
     u = np.random.default_rng(1).uniform(size=(2, 400_000)).astype(np.float32)
     found = stretch(α, δ, D, t0)
@@ -87,7 +87,7 @@ def test_a_point_that_shines_in_a_medium(y, chance, level):
 
 @pytest.mark.false_alarms(1e-3)
 def test_a_beam_in_a_medium(chance, level):
-    """Light of a beam 2 wide that crosses the ray, scattered once; flights hardly ever end in it."""
+    """Light of a beam 2 wide that crosses the ray, scattered once."""
     fog = {"albedo": rgb(0.5), "sigma_t": rgb(SIGMA)}
     beam = {"type": "parallelbeam", "origin": [-1.0, 3.0, -1.0], "edge_u": [2.0, 0.0, 0.0],
             "edge_v": [0.0, 0.0, 2.0], "direction": [0.0, -1.0, 0.0]}  # fmt: skip

@@ -145,7 +145,7 @@ SCENES = {
     ),
     "no fog": ("participatingMedia\n1\n", RGB, "surfacepath", "perspective", ["surfacepath"], 32),
     "prism in fog": (
-        "DEPTH\n500\n" + FOG + BALL + "reflection reflection99\n",
+        FOG.replace("1 1 1", "0 0 1e-4") + BALL + "reflection reflection99\n",
         SPECTRAL,
         "volpathmis",
         "perspective",
