@@ -41,14 +41,25 @@ scattering :math:`\beta_c` loses what is absorbed, and the direction is drawn fr
 the channels' phase functions with the same :math:`q_c`. ``isotropic``, ``hg`` and ``hgrgb`` are
 known.
 
-**Roulette** lets a walk live with the probability :math:`\min(1, \eta^2 \max_c \beta_c)`, at each
-scattering from ``rr_depth`` on. It ends no more than is absorbed, so that a walk in a medium that
-absorbs nothing goes on until it leaves.
+**Roulette** lets a walk live with the probability :math:`\min(1 - 10^{-6}, \eta^2 \max_c
+\beta_c)`, at each scattering from ``rr_depth`` on. It ends no more than is absorbed, so that a walk
+in a medium that absorbs nothing goes on until it leaves.
 
-**Deep inside** a sphere in which nothing else is, walks cross balls of 8 and more mean free paths
-in one step (`relume.integrators.spherejumps`, with its formulas and their error; for media whose g
-and extinction do not differ between the channels, or that scatter evenly, and without
-``max_depth``).
+**Lamps on the way.** The light of a lamp is looked for at a point of each flight before the next
+surface, drawn from the exponential law and, near lamps, by equal angles as seen from the lamp; in
+parallel beams, within the beam (`relume.integrators.flightlights`). The power heuristic weighs it
+against flights whose scattered rays meet the lamp. Where little is scattered, or little of the
+light can arrive, this is done by chance.
+
+**Far from everything** walks cross balls of 8 and more mean free paths in one step
+(`relume.integrators.spherejumps`, with its formulas and their error): in a sphere in which nothing
+else is, and in scenes of 40 mean free paths and more wherever no surface and no lamp is
+(`relume.integrators.clearances`). Where lamps are looked for their light is left out in balls 10
+mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects
+nearly all light (a half ball is left after as many reflections as its radius has mean free paths; at
+most 0.001 may be lost by then) a walk goes to the half ball around the point that it leaves, of at
+most 0.02 times the sphere's radius. All of this is for media whose g and extinction
+do not differ between the channels, or that scatter evenly, and without ``max_depth``.
 
 **Where rays start.** A ray of single precision that starts at a point p of the world is off by
 :math:`6 \cdot 10^{-8} |p|`, and Mitsuba starts it :math:`9 \cdot 10^{-5} (1 + |p|)` off the
@@ -74,7 +85,9 @@ out end at twice the radius of the scene.
 
 **Source.** M. J.-Y. Chiang, P. Kutz and B. Burley, "Practical and Controllable Subsurface
 Scattering for Production Path Tracing", SIGGRAPH 2016 Talks; A. Wilkie et al., "Hero Wavelength
-Spectral Sampling", Computer Graphics Forum 2014 (the balance of channels); E. Veach, "Robust Monte
+Spectral Sampling", Computer Graphics Forum 2014 (the balance of channels); C. Kulla and M. Fajardo,
+"Importance Sampling Techniques for Path Tracing in Participating Media", Computer Graphics Forum
+2012 (equal angles); E. Veach, "Robust Monte
 Carlo Methods for Light Transport Simulation", 1997.
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
