@@ -55,11 +55,11 @@ light can arrive, this is done by chance.
 (`relume.integrators.spherejumps`, with its formulas and their error): in a sphere in which nothing
 else is, and in scenes of 40 mean free paths and more wherever no surface and no lamp is
 (`relume.integrators.clearances`). Where lamps are looked for their light is left out in balls 10
-mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects
-nearly all light (a half ball is left after as many reflections as its radius has mean free paths; at
-most 0.001 may be lost by then) a walk goes to the half ball around the point that it leaves, of at
-most 0.02 times the sphere's radius. All of this is for media whose g and extinction
-do not differ between the channels, or that scatter evenly, and without ``max_depth``.
+mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects nearly all
+light a walk goes to the half ball around the point that it leaves, of at most 0.02 times the
+sphere's radius: it is left after as many reflections as its radius has mean free paths, by which at
+most 0.001 of the light may be lost. All of this is for media whose g and extinction do not differ
+between the channels, or that scatter evenly, and without ``max_depth``.
 
 **Where rays start.** A ray of single precision that starts at a point p of the world is off by
 :math:`6 \cdot 10^{-8} |p|`, and Mitsuba starts it :math:`9 \cdot 10^{-5} (1 + |p|)` off the
@@ -112,8 +112,9 @@ from relume.integrators.clearances import Clearances
 from relume.integrators.common import NO_LIMIT, power_heuristic
 from relume.integrators.flightlights import DARK, Flight, Lamps
 from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
-from relume.integrators.spherejumps import LEAST, eigenvalue, sample_exit, survival
+from relume.integrators.spherejumps import eigenvalue
 from relume.integrators.surfacepath import define as define_surfacepath
+from relume.integrators.walkjumps import jump, leap
 from relume.integrators.walkmedia import Media, chosen, mixture, phase_values, sample_phase
 from relume.integrators.walks import Walk, flight_end, light_through, nothing, tolerance
 
@@ -131,17 +132,8 @@ WORTH = 4.0
 """Light looked for on a flight, in units of what is scattered there; where that is less than one it
 is by chance."""
 
-UNLIT = 10.0
-"""Mean free paths after which the light of lamps is left out: e^-10 of it."""
-
 CERTAIN = 1e12
 """Density of directions that no emitter sampling could have found [1/sr]."""
-
-LEVEL = 0.02
-"""Radius of the largest half ball around a point of a sphere, in units of its radius."""
-
-LOSSLESS = 1e-3
-"""Share of the light that may be lost in a half ball that is taken for one that loses none."""
 
 PATIENT = 1 - 1e-6
 """Most of the walks that go on after a scattering: in a closed room that loses nothing they end."""
@@ -307,7 +299,7 @@ def define() -> type[mi.SamplingIntegrator]:
             if dr.hint(around.leaps and self.max_depth == NO_LIMIT, mode="scalar"):
                 leaps = walks & (anchor.absorbed < 1)
                 if leaps:
-                    self.leap(around, sampler, anchor, inner, lights, walk, leaps)
+                    leap(around, sampler, anchor, inner, lights, walk, leaps)
             while dr.hint(walk.inside, label="Random walk"):
                 scatters, flight = self.fly(
                     around, scene, sampler, path, medium, inner, lights, walk
@@ -329,9 +321,7 @@ def define() -> type[mi.SamplingIntegrator]:
                     if dr.hint(around.clearances.known, mode="scalar"):
                         jumps = scatters & (~anchor.alone | (anchor.k > 0) & ~lights)
                     if jumps:
-                        jumps = self.jump(
-                            around, sampler, anchor, inner, kappa, lights, walk, jumps
-                        )
+                        jumps = jump(around, sampler, anchor, inner, kappa, lights, walk, jumps)
                     walk.pdf = dr.select(jumps, CERTAIN, walk.pdf)
                     scatters &= ~jumps
                 walk.d = dr.select(scatters, w, walk.d)
@@ -344,54 +334,6 @@ def define() -> type[mi.SamplingIntegrator]:
                 walk.β = mi.Spectrum(dr.select(decides, walk.β / survival, walk.β))
                 walk.inside &= (~decides | survives) & (β_max != 0)
             self.come_out(walks, lights, walk, path)
-
-        def jump(self, around, sampler, anchor, inner, kappa, lights, walk, active):
-            """Take walks to the surface of the largest ball around them; return which of them.
-
-            In the ball no light is looked for: lamps are `UNLIT` mean free paths away.
-            """
-            reduced, a = inner.reduced, inner.reduced_albedo
-            q = mixture(walk.β)
-            way = dr.fma(inner.g[0] / reduced[0], walk.d, walk.x)
-            r = anchor.depth(way)
-            if around.clearances.known:
-                p = anchor.p + way
-                apart = around.clearances.at(p, active) - tolerance(p, anchor.extent)
-                apart -= dr.select(lights, UNLIT / dr.min(inner.sigma_t), 0)
-                r = dr.select(anchor.alone, r, apart)
-            active &= r * dr.min(reduced) > LEAST
-            tau, mean_a = r * dr.sum(q * reduced), dr.sum(q * a)
-            u, d = sample_exit(tau, mean_a, sampler.next_2d(), sampler.next_2d())
-            walk.x = dr.select(active, dr.fma(r, u, way), walk.x)
-            walk.d = dr.select(active, d, walk.d)
-            walk.β *= dr.select(active, survival(r * reduced, a, kappa), 1)
-            return active
-
-        def leap(self, around, sampler, anchor, inner, lights, walk, active):
-            """Take walks from where they leave a white sphere to a half ball around that point.
-
-            They come back to what reflects all light about as often as the half ball's radius has
-            mean free paths.
-            """
-            reduced = dr.max(inner.reduced)
-            _, r = around.clearances.two(anchor.p, active)
-            r -= tolerance(anchor.p, anchor.extent)
-            r -= dr.select(lights, UNLIT / dr.min(inner.sigma_t), 0)
-            r = dr.minimum(r, LEVEL / dr.abs(anchor.k))
-            lost = anchor.absorbed + (1 - dr.min(inner.reduced_albedo)) * r * reduced
-            active &= lost * r * reduced < LOSSLESS
-            active &= r * dr.min(inner.reduced) > 2 * LEAST
-            a = dr.min(inner.reduced_albedo)
-            u, d = sample_exit(r * reduced, a, sampler.next_2d(), sampler.next_2d())
-            # Evenly over what of the ball is on this side, where the surface bends away.
-            cos, horizon = dr.dot(u, anchor.n), 0.5 * anchor.k * r
-            turned = dr.lerp(horizon, 1, 0.5 * (1 - cos))
-            side = dr.normalize(dr.fma(-cos, anchor.n, u))
-            v = dr.fma(dr.safe_sqrt(1 - turned * turned), side, -turned * anchor.n)
-            d = mi.Frame3f(v).to_world(mi.Frame3f(u).to_local(d))
-            walk.x = dr.select(active, r * v, walk.x)
-            walk.d = dr.select(active, d, walk.d)
-            walk.fresh &= ~active
 
         def fly(self, around, scene, sampler, path, medium, inner, lights, walk):
             """Take walks to the end of a flight; return which scatter there, and their `Flight`."""
