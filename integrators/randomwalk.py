@@ -55,8 +55,8 @@ light can arrive, this is done by chance.
 (`relume.integrators.spherejumps`, with its formulas and their error): in a sphere in which nothing
 else is, and in scenes of 40 mean free paths and more wherever no surface and no lamp is
 (`relume.integrators.clearances`). Where lamps are looked for their light is left out in balls 10
-mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects nearly all
-light a walk goes to the half ball around the point that it leaves, of at most 0.02 times the
+mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects nearly
+all light a walk goes to the half ball around the point that it leaves, of at most 0.02 times the
 sphere's radius: it is left after as many reflections as its radius has mean free paths, by which at
 most 0.001 of the light may be lost. All of this is for media whose g and extinction do not differ
 between the channels, or that scatter evenly, and without ``max_depth``.
