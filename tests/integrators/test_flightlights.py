@@ -35,7 +35,7 @@ def test_density_is_that_of_the_samples(α, δ, D, t0):
     """The mean of 1/p over [a, b] is b - a: 5 standard errors, each of 0.6 % at most; a density
     that is 4 % off makes more."""
     sigma, q = mi.Spectrum(0.2, 1, 4), mi.Spectrum(0.5, 0.25, 0.25)
-    u = np.random.default_rng(1).uniform(size=(2, 400_000)).astype(np.float32)
+    u = np.random.default_rng(1).uniform(size=(2, 1_500_000)).astype(np.float32)
     found = stretch(α, δ, D, t0)
     t, p = (np.array(v, float) for v in found.sample(q, sigma, mi.Float(u[0]), mi.Float(u[1])))
     assert t.min() >= t0 and t.max() <= 3
