@@ -18,6 +18,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from relume.integrators.translucentmaterials import nested
 from relume.integrators.translucentobjects import registry_number, triangles
 
 FLAT = ("Rectangle", "Disk")
@@ -43,6 +44,9 @@ class Anchor:
         shape: ``mi.ShapePtr``.
         prim: ``mi.UInt32``, index of the face on the shape.
         extent: ``mi.Float``, diagonal of the box around the shape.
+        outer: ``mi.Bool``, whether the region is on the side that the shape's normals point to.
+        absorbed: ``mi.Float``, share of the light that the surface takes; 1 unless it is a diffuse
+            sphere that does not shine.
     """
 
     p: mi.Point3f
@@ -53,6 +57,8 @@ class Anchor:
     shape: mi.ShapePtr
     prim: mi.UInt32
     extent: mi.Float
+    outer: mi.Bool
+    absorbed: mi.Float
 
     @classmethod
     def none(cls, p: mi.Point3f) -> Anchor:
@@ -66,6 +72,8 @@ class Anchor:
             dr.zeros(mi.ShapePtr),
             mi.UInt32(0),
             mi.Float(0),
+            mi.Bool(False),
+            mi.Float(1),
         )
 
     def f(self, x: mi.Vector3f) -> mi.Float:
@@ -104,6 +112,9 @@ class KnownSurfaces:
 
     Args:
         scene: `mi.Scene`.
+
+    Attributes:
+        white: whether some sphere reflects nearly all light.
     """
 
     def __init__(self, scene: mi.Scene) -> None:
@@ -112,6 +123,7 @@ class KnownSurfaces:
         size = max(numbers, default=0) + 1
         kind, alone = np.zeros(size, np.uint32), np.zeros(size, bool)
         ball, extent = np.zeros((size, 4), np.float32), np.zeros(size, np.float32)
+        absorbed = np.ones(size, np.float32)
         for number, shape in zip(numbers, shapes, strict=True):
             box = shape.bbox()
             extent[number] = float(dr.norm(box.max - box.min))
@@ -120,11 +132,13 @@ class KnownSurfaces:
             elif shape.class_name() == "Sphere":
                 kind[number] = SPHERE
                 ball[number] = sphere_of(shape)
+                absorbed[number] = absorption(shape)
                 others = [other for other in shapes if other is not shape]
                 alone[number] = all(apart(ball[number], other) for other in others)
         self._kind, self._alone = mi.UInt32(kind), mi.Bool(alone)
         self._ball = [mi.Float(column) for column in ball.T]
-        self._extent = mi.Float(extent)
+        self.white = bool((absorbed < 1e-3).any())
+        self._extent, self._absorbed = mi.Float(extent), mi.Float(absorbed)
 
     def anchor(self, si: mi.SurfaceInteraction3f, d: mi.Vector3f, active: mi.Bool) -> Anchor:
         """The `Anchor` at points of surfaces for walks that set out along `d`.
@@ -138,7 +152,8 @@ class KnownSurfaces:
         active = active & (number < dr.width(self._kind)) & (si.instance == None)  # noqa: E711
         kind = dr.gather(mi.UInt32, self._kind, number, active)
         x, y, z, R = (dr.gather(mi.Float, column, number, active) for column in self._ball)
-        n = dr.select(dr.dot(si.n, d) < 0, mi.Vector3f(si.n), -mi.Vector3f(si.n))
+        outer = dr.dot(si.n, d) > 0
+        n = dr.select(outer, -mi.Vector3f(si.n), mi.Vector3f(si.n))
         curvature = dr.rcp(dr.mulsign(R, dr.dot(n, si.p - mi.Point3f(x, y, z))))
         k = dr.select(kind == SPHERE, curvature, 0)
         return Anchor(
@@ -150,7 +165,21 @@ class KnownSurfaces:
             shape=mi.ShapePtr(si.shape),
             prim=mi.UInt32(si.prim_index),
             extent=dr.gather(mi.Float, self._extent, number, active),
+            outer=outer,
+            absorbed=dr.gather(mi.Float, self._absorbed, number, active),
         )
+
+
+def absorption(shape: mi.Shape) -> float:
+    """Largest share of the light of a channel that a diffuse surface takes; 1 for any other."""
+    kinds = {bsdf.class_name() for bsdf in [shape.bsdf(), *nested(shape, mi.BSDF)]}
+    if not kinds <= {"SmoothDiffuse", "TwoSidedBRDF"} or shape.is_emitter():
+        return 1.0
+    values = {k: v for k, v in mi.traverse(shape.bsdf()).items() if "reflectance" in k}
+    if not all(key.endswith("reflectance.value") for key in values):  # a picture
+        return 1.0
+    found = [np.array(value, float).min() for value in values.values()]
+    return 1 - float(min(found, default=0))
 
 
 def sphere_of(shape: mi.Shape) -> np.ndarray:

@@ -41,14 +41,25 @@ scattering :math:`\beta_c` loses what is absorbed, and the direction is drawn fr
 the channels' phase functions with the same :math:`q_c`. ``isotropic``, ``hg`` and ``hgrgb`` are
 known.
 
-**Roulette** lets a walk live with the probability :math:`\min(1, \eta^2 \max_c \beta_c)`, at each
-scattering from ``rr_depth`` on. It ends no more than is absorbed, so that a walk in a medium that
-absorbs nothing goes on until it leaves.
+**Roulette** lets a walk live with the probability :math:`\min(1 - 10^{-6}, \eta^2 \max_c
+\beta_c)`, at each scattering from ``rr_depth`` on. It ends no more than is absorbed, so that a walk
+in a medium that absorbs nothing goes on until it leaves.
 
-**Deep inside** a sphere in which nothing else is, walks cross balls of 8 and more mean free paths
-in one step (`relume.integrators.spherejumps`, with its formulas and their error; for media whose g
-and extinction do not differ between the channels, or that scatter evenly, and without
-``max_depth``).
+**Lamps on the way.** The light of a lamp is looked for at a point of each flight before the next
+surface, drawn from the exponential law and, near lamps, by equal angles as seen from the lamp; in
+parallel beams, within the beam (`relume.integrators.flightlights`). The power heuristic weighs it
+against flights whose scattered rays meet the lamp. Where little is scattered, or little of the
+light can arrive, this is done by chance.
+
+**Far from everything** walks cross balls of 8 and more mean free paths in one step
+(`relume.integrators.spherejumps`, with its formulas and their error): in a sphere in which nothing
+else is, and in scenes of 40 mean free paths and more wherever no surface and no lamp is
+(`relume.integrators.clearances`). Where lamps are looked for their light is left out in balls 10
+mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects nearly
+all light a walk goes to the half ball around the point that it leaves, of at most 0.02 times the
+sphere's radius: it is left after as many reflections as its radius has mean free paths, by which at
+most 0.001 of the light may be lost. All of this is for media whose g and extinction do not differ
+between the channels, or that scatter evenly, and without ``max_depth``.
 
 **Where rays start.** A ray of single precision that starts at a point p of the world is off by
 :math:`6 \cdot 10^{-8} |p|`, and Mitsuba starts it :math:`9 \cdot 10^{-5} (1 + |p|)` off the
@@ -74,7 +85,9 @@ out end at twice the radius of the scene.
 
 **Source.** M. J.-Y. Chiang, P. Kutz and B. Burley, "Practical and Controllable Subsurface
 Scattering for Production Path Tracing", SIGGRAPH 2016 Talks; A. Wilkie et al., "Hero Wavelength
-Spectral Sampling", Computer Graphics Forum 2014 (the balance of channels); E. Veach, "Robust Monte
+Spectral Sampling", Computer Graphics Forum 2014 (the balance of channels); C. Kulla and M. Fajardo,
+"Importance Sampling Techniques for Path Tracing in Participating Media", Computer Graphics Forum
+2012 (equal angles); E. Veach, "Robust Monte
 Carlo Methods for Light Transport Simulation", 1997.
 
 **Variants.** ``llvm_ad_*`` and ``cuda_ad_*``, without the polarized ones.
@@ -95,12 +108,18 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.boundaries import FAR, Anchor, KnownSurfaces
+from relume.integrators.clearances import Clearances
 from relume.integrators.common import NO_LIMIT, power_heuristic
+from relume.integrators.flightlights import DARK, Flight, Lamps
 from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
-from relume.integrators.spherejumps import LEAST, eigenvalue, sample_exit, survival
+from relume.integrators.spherejumps import eigenvalue
 from relume.integrators.surfacepath import define as define_surfacepath
+from relume.integrators.walkjumps import jump, leap
 from relume.integrators.walkmedia import Media, chosen, mixture, phase_values, sample_phase
-from relume.integrators.walks import Walk, flight_end, light_through, tolerance
+from relume.integrators.walks import Walk, flight_end, light_through, nothing, tolerance
+
+FOLLOWED = 40.0
+"""Reduced mean free paths across a scene up to which walks are followed step by step."""
 
 OUT = 2.0
 """Radii of the scene at which walks end that an open surface has let out of it."""
@@ -111,6 +130,16 @@ RECORDING = dr.JitFlag.SymbolicScope
 
 STEP = 2.0**-24
 """Least probability with which roulette lets a walk live: that of a random number that is 0."""
+
+WORTH = 4.0
+"""Light looked for on a flight, in units of what is scattered there; where that is less than one it
+is by chance."""
+
+CERTAIN = 1e12
+"""Density of directions that no emitter sampling could have found [1/sr]."""
+
+PATIENT = 1 - 1e-6
+"""Most of the walks that go on after a scattering: in a closed room that loses nothing they end."""
 
 GRAZING = 1e-5
 """Least cosine at which walks leave a surface: the rounding of normals must not turn them back."""
@@ -138,7 +167,11 @@ class Surroundings(Surfaces):
         self.lamps_inside = self.media.exist and lamps_inside(scene)
         self.see_through |= self.lamps_inside
         self.lit = self.see_through and self.media.emitters_sampled
+        self.lamps = Lamps(scene)
         sphere = scene.bbox().bounding_sphere()
+        across = 2 * float(sphere.radius)
+        self.clearances = Clearances(scene, across * self.media.densest > FOLLOWED)
+        self.leaps = self.clearances.known and self.media.similar and self.known.white
         self.center, self.radius = mi.Point3f(sphere.center), mi.Float(OUT * sphere.radius)
 
 
@@ -169,6 +202,8 @@ def define() -> type[mi.SamplingIntegrator]:
         open: mi.Bool
         probes: mi.Bool
         d: mi.Vector3f
+        flight: Flight
+        pi: mi.PreliminaryIntersection3f
 
     class RandomWalk(SurfacePath):
         plugin = "randomwalk"
@@ -189,7 +224,7 @@ def define() -> type[mi.SamplingIntegrator]:
 
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):
-            around = self.surroundings(scene, medium)
+            around = self.around = self.surroundings(scene, medium)
             path = self.set_out(scene, ray, medium, active)
             while dr.hint(path.active, label="Path tracer with random walks"):
                 self.walk(around, scene, sampler, path)
@@ -208,11 +243,18 @@ def define() -> type[mi.SamplingIntegrator]:
                 open=mi.Bool(True),
                 probes=mi.Bool(False),
                 d=mi.Vector3f(ray.d),
+                flight=Flight.none(),
+                pi=nothing(),
             )
 
         def met(self, scene, sampler, path):
             probe = path.ray.d
-            si = super().met(scene, sampler, path)
+            ordered = False if getattr(sampler, "unordered", False) else path.depth == 0
+            traced = path.active & ~path.pi.is_valid()
+            pi = scene.ray_intersect_preliminary(path.ray, coherent=ordered, active=traced)
+            pi = dr.select(traced, pi, path.pi)
+            path.pi = nothing()
+            si = pi.compute_surface_interaction(path.ray, mi.RayFlags.All, path.active)
             # A walk that has come to a surface leaves by it, however it grazes.
             n = dr.mulsign(mi.Vector3f(si.n), dr.dot(si.n, probe))
             d = dr.fma(dr.maximum(GRAZING - dr.dot(path.d, n), 0), n, path.d)
@@ -232,6 +274,16 @@ def define() -> type[mi.SamplingIntegrator]:
             null = mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Null)
             path.open = dr.select(crosses, null, path.open)
 
+        def lamp_density(self, scene, ds, path):
+            found = super().lamp_density(scene, ds, path)
+            if not self.around.lit:
+                return found
+            return found * self.around.lamps.density(ds.emitter, path.flight, path.active)
+
+        def scattered(self, path, si, bs, where):
+            super().scattered(path, si, bs, where)
+            path.flight.T = dr.select(where, 0, path.flight.T)
+
         def transmittance(self, surfaces, scene, si, ds, path, lit):
             ray = si.spawn_ray_to(ds.p)
             medium = dr.select(si.is_medium_transition(), si.target_medium(ray.d), path.medium)
@@ -245,34 +297,42 @@ def define() -> type[mi.SamplingIntegrator]:
             inner = media.coefficients(medium, path.ray.wavelengths, walks)
             η2 = dr.square(path.η)
             lights = walks & (path.open | around.lamps_inside) & medium.use_emitter_sampling()
+            lights &= dr.max(inner.albedo) > 0
             kappa = eigenvalue(inner.reduced_albedo)
-            walk = Walk.beginning(path.ray.d, path.β, path.depth, walks)
+            walk = Walk.beginning(anchor, path.ray.d, path.β, path.depth, walks)
+            if dr.hint(around.leaps and self.max_depth == NO_LIMIT, mode="scalar"):
+                leaps = walks & (anchor.absorbed < 1)
+                if leaps:
+                    leap(around, sampler, anchor, inner, lights, walk, leaps)
             while dr.hint(walk.inside, label="Random walk"):
-                scatters = self.fly(around, scene, sampler, anchor, medium, inner, walk)
+                scatters, flight = self.fly(
+                    around, scene, sampler, path, medium, inner, lights, walk
+                )
                 # Where a scattering begins, and what it leaves.
                 walk.β *= dr.select(scatters, inner.albedo, 1)
                 walk.depth[scatters] += 1
                 walk.inside &= ~scatters | (walk.depth < self.max_depth)
-                if dr.hint(around.lit, mode="scalar"):
-                    lit = scatters & lights
-                    self.add_light(around, scene, sampler, path, medium, inner, walk, lit)
                 q = mixture(walk.β)
                 w, weight, pdf = sample_phase(
                     media, inner.g, q, walk.d, sampler.next_1d(), sampler.next_2d()
                 )
-                if dr.hint(around.media.similar and self.max_depth == NO_LIMIT, mode="scalar"):
-                    jumps = scatters & anchor.alone & (anchor.k > 0) & ~lights
-                    if jumps:
-                        jumps = self.jump(sampler, anchor, inner, kappa, walk, jumps)
-                    scatters &= ~jumps
-                walk.d = dr.select(scatters, w, walk.d)
-                walk.β *= dr.select(scatters, weight, 1)
                 if dr.hint(around.lit, mode="scalar"):
                     walk.vertex = dr.select(scatters, walk.x, walk.vertex)
                     walk.pdf = dr.select(scatters, pdf, walk.pdf)
+                    walk.flight = dr.select(scatters, flight, walk.flight)
+                if dr.hint(around.media.similar and self.max_depth == NO_LIMIT, mode="scalar"):
+                    jumps = scatters & anchor.alone & (anchor.k > 0) & ~lights
+                    if dr.hint(around.clearances.known, mode="scalar"):
+                        jumps = scatters & (~anchor.alone | (anchor.k > 0) & ~lights)
+                    if jumps:
+                        jumps = jump(around, sampler, anchor, inner, kappa, lights, walk, jumps)
+                    walk.pdf = dr.select(jumps, CERTAIN, walk.pdf)
+                    scatters &= ~jumps
+                walk.d = dr.select(scatters, w, walk.d)
+                walk.β *= dr.select(scatters, weight, 1)
                 # No light is lost for ever, however long the walk: what survives has β η² = 1.
                 β_max = dr.max(walk.β)
-                survival = dr.minimum(η2 * β_max, 1)
+                survival = dr.minimum(η2 * β_max, PATIENT)
                 decides = scatters & (walk.depth >= self.rr_depth)
                 # Nothing is left of walks that single precision takes for black: no 0/0 of them.
                 survives = (sampler.next_1d() < survival) & (survival >= STEP)
@@ -280,23 +340,9 @@ def define() -> type[mi.SamplingIntegrator]:
                 walk.inside &= (~decides | survives) & (β_max != 0)
             self.come_out(walks, lights, walk, path)
 
-        def jump(self, sampler, anchor, inner, kappa, walk, active):
-            """Take walks to the surface of the largest ball around them; return which of them."""
-            reduced, a = inner.reduced, inner.reduced_albedo
-            q = mixture(walk.β)
-            way = dr.fma(inner.g[0] / reduced[0], walk.d, walk.x)
-            r = anchor.depth(way)
-            active &= r * dr.min(reduced) > LEAST
-            tau, mean_a = r * dr.sum(q * reduced), dr.sum(q * a)
-            u, d = sample_exit(tau, mean_a, sampler.next_2d(), sampler.next_2d())
-            walk.x = dr.select(active, dr.fma(r, u, way), walk.x)
-            walk.d = dr.select(active, d, walk.d)
-            walk.β *= dr.select(active, survival(r * reduced, a, kappa), 1)
-            return active
-
-        def fly(self, around, scene, sampler, anchor, medium, inner, walk):
-            """Take walks to the end of a flight; return which of them scatter there."""
-            media, sigma_t = around.media, inner.sigma_t
+        def fly(self, around, scene, sampler, path, medium, inner, lights, walk):
+            """Take walks to the end of a flight; return which scatter there, and their `Flight`."""
+            media, anchor, sigma_t = around.media, path.anchor, inner.sigma_t
             q = mixture(walk.β)
             sigma = chosen(q, sigma_t, sampler.next_1d()) if media.chromatic else sigma_t[0]
             drawn = -dr.log(1 - sampler.next_1d()) / sigma
@@ -304,9 +350,16 @@ def define() -> type[mi.SamplingIntegrator]:
             # Where nothing scatters, all goes straight on to a surface.
             straight = dr.max(inner.albedo) == 0
             s = dr.select(straight, FAR, s)
-            end = flight_end(scene, anchor, medium, walk, s, walk.inside)
+            reach = dr.select(lights, DARK / dr.min(sigma_t), 0) if around.lit else 0
+            end = flight_end(scene, anchor, medium, walk, dr.maximum(s, reach), walk.inside)
             arrives = walk.inside & (end.t <= s)
             way = dr.select(end.stale, 0, dr.minimum(end.t, s))
+            flight = Flight.none()
+            if around.lit:
+                T = dr.select(lights, dr.minimum(end.t, reach), 0)
+                flight = Flight.of(walk.x, walk.d, way, T, q, sigma_t)
+                lit = walk.inside & lights & ~end.stale
+                self.add_light(around, scene, sampler, path, medium, inner, flight, walk, lit)
             T = dr.exp(-sigma_t * way)
             if media.chromatic:
                 f = dr.select(arrives, T, sigma_t * T)
@@ -315,6 +368,8 @@ def define() -> type[mi.SamplingIntegrator]:
             scatters = walk.inside & ~arrives & ~end.stale
             walk.x = dr.select(walk.inside, dr.fma(way, walk.d, walk.x), walk.x)
             walk.n = dr.select(arrives, end.n, walk.n)
+            walk.o = dr.select(arrives, end.o, walk.o)
+            walk.pi = dr.select(arrives, end.pi, walk.pi)
             walk.left = dr.select(end.stale, s, 0)
             walk.start = dr.select(end.stale, end.beyond, 0)
             walk.fresh &= ~scatters
@@ -323,28 +378,44 @@ def define() -> type[mi.SamplingIntegrator]:
             # Open surfaces let walks out of the scene.
             p = anchor.p + walk.x
             walk.inside &= dr.squared_norm(p - around.center) < dr.square(around.radius)
-            return scatters
+            return scatters, flight
 
-        def add_light(self, around, scene, sampler, path, medium, inner, walk, lit):
-            """Add the light of a sampled point of a lamp where walks scatter."""
-            p = path.anchor.p + walk.x
+        def add_light(self, around, scene, sampler, path, medium, inner, flight, walk, lit):
+            """Add the light of a sampled point of a lamp that is scattered on a flight."""
+            anchor, q, sigma_t = path.anchor, mixture(walk.β), inner.sigma_t
+            sample = sampler.next_2d()
+            lamp = around.lamps.chosen(scene, sample.x, lit)
+            o = anchor.p + walk.x
+            stretch = around.lamps.stretch(lamp, o, walk.d, flight.T, flight.sigma, lit)
+            t, density = stretch.sample(q, sigma_t, sampler.next_1d(), sampler.next_1d())
+            scattered = dr.max(walk.β * inner.albedo * (1 - dr.exp(-sigma_t * flight.T)))
+            worth = dr.minimum(WORTH * scattered + dr.max(walk.β) * stretch.worth, 1)
+            x = dr.fma(t, walk.d, walk.x)
+            p = anchor.p + x
+            if around.clearances.known:  # no light comes from nearer
+                least = around.clearances.at(p, lit)
+                worth *= dr.minimum(WORTH * dr.exp(-dr.min(sigma_t) * least), 1)
+            lit &= sampler.next_1d() < worth
+            lit &= (density > 0) & (walk.depth + 1 < self.max_depth)
+            lit &= walk.depth + 2 >= self.min_depth
             here = dr.zeros(mi.Interaction3f)
             here.p, here.time, here.wavelengths = p, path.ray.time, path.ray.wavelengths
-            lit &= walk.inside & (walk.depth + 1 >= self.min_depth)
-            ds, Le = scene.sample_emitter_direction(here, sampler.next_2d(), False, lit)
+            ds, Le = scene.sample_emitter_direction(here, sample, False, lit)
             lit &= (ds.pdf != 0) & dr.any(Le != 0)
-            off = tolerance(p, path.anchor.extent)
+            off = tolerance(p, anchor.extent)
             ray = mi.Ray3f(dr.fma(-off, ds.d, p), ds.d, path.ray.time, path.ray.wavelengths)
             ray.maxt = (ds.dist + off) * (1 - SHADOW_EPSILON)
-            anchor = path.anchor
-            own = dr.select(anchor.alone, anchor.distance(walk.x, ds.d), FAR)
+            own = dr.select(anchor.alone, anchor.distance(x, ds.d), FAR)
             ray.o = dr.select(anchor.alone, dr.fma(own - off, ds.d, p), ray.o)
             ray.maxt = dr.select(anchor.alone, ray.maxt - own, ray.maxt)
-            T = light_through(scene, around, medium, ray, ds, off, own, lit)
-            q = mixture(walk.β)
-            f, pdf = phase_values(around.media, inner.g, q, walk.d, ds.d)
-            mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf, pdf))
-            walk.L = mi.Spectrum(walk.L + dr.select(lit, walk.β * f * T * Le * mis, 0))
+            left = light_through(scene, around, medium, ray, ds, off, own, lit)
+            T = dr.exp(-sigma_t * t)
+            β = walk.β * sigma_t * inner.albedo * T / (density * worth)
+            f, pdf = phase_values(around.media, inner.g, mixture(β), walk.d, ds.d)
+            # The same point by a flight that ends at t, and the phase function.
+            pdf *= dr.sum(q * sigma_t * T)
+            mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf * density, pdf))
+            walk.L = mi.Spectrum(walk.L + dr.select(lit, β * f * left * Le * mis, 0))
 
         def come_out(self, walks, lights, walk, path):
             """Take what has become of walks into their paths."""
@@ -360,11 +431,17 @@ def define() -> type[mi.SamplingIntegrator]:
             path.vertex = dr.select(scattered & lights, here, path.vertex)
             path.pdf = dr.select(scattered & lights, walk.pdf, path.pdf)
             path.delta = dr.select(scattered, ~lights, path.delta)
+            flight = walk.flight
+            flight.o += mi.Vector3f(path.anchor.p)
+            path.flight = dr.select(scattered & lights, flight, path.flight)
             path.d = walk.d
-            path.probes = walk.arrived
+            path.pi = walk.pi
+            path.probes = walk.arrived & ~walk.pi.is_valid()
             o = dr.fma(-4 * tolerance(p, path.anchor.extent), walk.n, p)
             probe = mi.Ray3f(o, walk.n, path.ray.time, path.ray.wavelengths)
-            path.ray = dr.select(walk.arrived, probe, path.ray)
+            ray = mi.Ray3f(walk.o, walk.d, path.ray.time, path.ray.wavelengths)
+            ray = dr.select(path.probes, probe, ray)
+            path.ray = dr.select(walk.arrived, ray, path.ray)
 
         def to_string(self):
             return super().to_string().replace("SurfacePath", "RandomWalk")

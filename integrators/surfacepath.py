@@ -221,12 +221,16 @@ def define() -> type[mi.SamplingIntegrator]:
             path.seen |= path.active & si.is_valid() & ~passes
             path.depth[si.is_valid() & ~passes] += 1
             # Emitter sampling sees through surfaces, too: it stays where light last scattered.
-            path.vertex = dr.select(known, path.vertex, mi.Interaction3f(si))
-            path.pdf = dr.select(known, path.pdf, bs.pdf)
-            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
-            path.delta = dr.select(known, path.delta, delta)
+            self.scattered(path, si, bs, ~known)
             self.roulette(sampler, path, weight, dr.select(passes, 1, bs.eta), passes, goes_on)
             return si
+
+        def scattered(self, path, si, bs, where):
+            """Note where a surface has scattered a path last, and how."""
+            path.vertex = dr.select(where, mi.Interaction3f(si), path.vertex)
+            path.pdf = dr.select(where, bs.pdf, path.pdf)
+            delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
+            path.delta = dr.select(where, delta, path.delta)
 
         def met(self, scene, sampler, path):
             """What the ray of a path meets."""
@@ -245,7 +249,7 @@ def define() -> type[mi.SamplingIntegrator]:
         def add_emission(self, surfaces, scene, si, T, path):
             """Add the light of the emitter that a ray has met."""
             ds = mi.DirectionSample3f(scene, si, path.vertex)
-            pdf_em = scene.pdf_emitter_direction(path.vertex, ds, path.active & ~path.delta)
+            pdf_em = self.lamp_density(scene, ds, path)
             shown = mi.Bool(path.active)
             if self.min_depth > 1:
                 shown &= path.depth + 1 >= self.min_depth
@@ -255,6 +259,10 @@ def define() -> type[mi.SamplingIntegrator]:
             if surfaces.masked_lamps:
                 Le *= surfaces.shining(si.shape, T)
             path.L = dr.fma(path.β, Le, path.L)
+
+        def lamp_density(self, scene, ds, path):
+            """Density with which emitter sampling draws the point that a path has found."""
+            return scene.pdf_emitter_direction(path.vertex, ds, path.active & ~path.delta)
 
         def lamp(self, surfaces, scene, sampler, si, path, lit):
             """A sampled point of an emitter, its weight, and whether it lights the surface.

@@ -70,6 +70,7 @@ class Media:
         chromatic: whether the extinction of some medium differs between the channels.
         isotropic: whether all of them scatter evenly to all sides.
         one_g: whether g is the same for all channels of each medium.
+        densest: largest reduced extinction [1/scene unit].
         similar: whether one medium that scatters evenly diffuses light as each of them does.
 
     Raises:
@@ -95,6 +96,15 @@ class Media:
         self.one_g = bool((np.ptp(table, axis=1) == 0).all())
         self.similar = self.isotropic or (self.one_g and not self.chromatic)
         self._g = [mi.Float(column) for column in table.T]
+        self.densest = max(map(self.reduced, found.values()), default=0.0)
+
+    def reduced(self, medium: mi.Medium) -> float:
+        """Largest reduced extinction of a medium [1/scene unit]."""
+        ray = dr.zeros(mi.Ray3f)
+        if mi.is_spectral:
+            ray.wavelengths = mi.Spectrum(450, 520, 580, 640)
+        inner = self.coefficients(mi.MediumPtr(medium), ray.wavelengths, mi.Bool(True))
+        return float(np.max(np.array(inner.reduced)))
 
     def coefficients(self, medium: mi.MediumPtr, wavelengths: Any, active: mi.Bool) -> Coefficients:
         """`Coefficients` of the media that paths are in."""

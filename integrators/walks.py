@@ -9,10 +9,14 @@ import drjit as dr
 import mitsuba as mi
 
 from relume.integrators.boundaries import FAR, Anchor
+from relume.integrators.flightlights import Flight
 from relume.integrators.seethrough import SHADOW_EPSILON
 
 ROUNDING = 2e-6
 """How far off their place rays may start, in units of the coordinates."""
+
+UNSURE = 0.2
+"""How far behind a walk what it is to meet may be, in units of that."""
 
 
 @dataclass
@@ -31,8 +35,13 @@ class Walk:
         n: ``mi.Vector3f``, where it has ended on a surface, the normal toward the outside.
         inside: ``mi.Bool``, whether it goes on.
         arrived: ``mi.Bool``, whether it has ended on a surface.
+        o: ``mi.Point3f``, where the ray has started that has found the surface.
+        pi: ``mi.PreliminaryIntersection3f``, what it has found, if any has.
+        seen: ``mi.ShapePtr``, surface that was seen ahead last.
+        outer: ``mi.Bool``, whether the walk is on the side that its normals point to.
         vertex: ``mi.Vector3f``, `x` of the last scattering.
         pdf: ``mi.Float``, density of the direction drawn there [1/sr].
+        flight: `Flight` that has led there, relative to the anchor.
     """
 
     x: mi.Vector3f
@@ -46,12 +55,22 @@ class Walk:
     n: mi.Vector3f
     inside: mi.Bool
     arrived: mi.Bool
+    o: mi.Point3f
+    pi: mi.PreliminaryIntersection3f
+    seen: mi.ShapePtr
+    outer: mi.Bool
     vertex: mi.Vector3f
     pdf: mi.Float
+    flight: Flight
 
     @classmethod
     def beginning(
-        cls, d: mi.Vector3f, throughput: mi.Spectrum, depth: mi.UInt32, inside: mi.Bool
+        cls,
+        anchor: Anchor,
+        d: mi.Vector3f,
+        throughput: mi.Spectrum,
+        depth: mi.UInt32,
+        inside: mi.Bool,
     ) -> Walk:
         """One that sets out from its anchor."""
         return cls(
@@ -66,8 +85,13 @@ class Walk:
             n=mi.Vector3f(0),
             inside=mi.Bool(inside),
             arrived=mi.Bool(False),
+            o=mi.Point3f(0),
+            pi=nothing(),
+            seen=mi.ShapePtr(anchor.shape),
+            outer=mi.Bool(anchor.outer),
             vertex=mi.Vector3f(0),
             pdf=mi.Float(1),
+            flight=Flight.none(),
         )
 
 
@@ -80,12 +104,23 @@ class FlightEnd:
         n: ``mi.Vector3f``, normal of that toward the outside.
         stale: ``mi.Bool``, whether the ray has met a surface that the walk has left already.
         beyond: ``mi.Float``, distance beyond that surface.
+        o: ``mi.Point3f``, where the ray has started.
+        pi: ``mi.PreliminaryIntersection3f``, what it has found, where that tells all.
     """
 
     t: mi.Float
     n: mi.Vector3f
     stale: mi.Bool
     beyond: mi.Float
+    o: mi.Point3f
+    pi: mi.PreliminaryIntersection3f
+
+
+def nothing() -> mi.PreliminaryIntersection3f:
+    """An intersection with nothing."""
+    found = dr.zeros(mi.PreliminaryIntersection3f)
+    found.t = mi.Float(dr.inf)
+    return found
 
 
 def tolerance(p: mi.Point3f, extent: mi.Float) -> mi.Float:
@@ -108,7 +143,8 @@ def flight_end(
         active: lanes.
     """
     own = dr.select(anchor.known, anchor.distance(walk.x, walk.d), FAR)
-    end = FlightEnd(own, anchor.normal(dr.fma(own, walk.d, walk.x)), mi.Bool(False), mi.Float(0))
+    n = anchor.normal(dr.fma(own, walk.d, walk.x))
+    end = FlightEnd(own, n, mi.Bool(False), mi.Float(0), mi.Point3f(0), nothing())
     rays = active & ~anchor.alone
     if rays:
         p = anchor.p + walk.x
@@ -117,22 +153,31 @@ def flight_end(
         start = dr.select(walk.fresh, off, -off)
         start = dr.select(walk.start > 0, walk.start, start)
         ray = mi.Ray3f(dr.fma(start, walk.d, p), walk.d)
-        ray.maxt = s - start
+        ray.maxt = s + 4 * off - start
         pi = scene.ray_intersect_preliminary(ray, coherent=False, active=rays & (ray.maxt > 0))
         hit = pi.is_valid()
         si = pi.compute_surface_interaction(ray, mi.RayFlags.Minimal, hit)
         t = pi.t + start
         beyond = dr.maximum(t, 0) + off
-        # Seen from where the walk is, a surface has the walk's medium on this side.
-        stale = hit & (t < 2 * off) & si.is_medium_transition()
-        stale &= si.target_medium(-walk.d) != medium
+        # Seen from where the walk is, a surface has the walk's medium on this side. Of what is
+        # opaque the walk knows on which side of the one seen last it is.
+        near = hit & (t < 2 * off)
+        parts = si.is_medium_transition()
+        outer = dr.dot(si.n, walk.d) < 0
+        behind = (pi.shape == walk.seen) & (outer != walk.outer)
+        behind |= t < -UNSURE * off
+        other = dr.select(parts, si.target_medium(-walk.d) != medium, behind)
+        stale = near & other
+        walk.seen = dr.select(hit & ~near, pi.shape, walk.seen)
+        walk.outer = dr.select(hit & ~near, outer, walk.outer)
         # Of its own face the walk knows better where it is.
         same = hit & anchor.known & (pi.shape == anchor.shape) & (pi.prim_index == anchor.prim)
         missed = ~hit & anchor.known & (own < s) & (anchor.depth(walk.x) < off)
         outward = dr.mulsign(mi.Vector3f(si.n), dr.dot(si.n, walk.d))
         n = dr.select(same | missed, end.n, outward)
         t = dr.select(same | missed, own, dr.select(hit, dr.maximum(t, 0), FAR))
-        end = FlightEnd(dr.select(stale, FAR, t), n, stale, beyond)
+        found = dr.select(same | missed | stale, nothing(), pi)
+        end = FlightEnd(dr.select(stale, FAR, t), n, stale, beyond, mi.Point3f(ray.o), found)
     return end
 
 

@@ -1,21 +1,25 @@
-"""Media too dense to be simulated, with a note of where the limit lies.
+"""Media that stock integrators do not follow, with notes of what they cost and where limits lie.
 
-Two things fail. `randomwalk` follows walks inside objects in coordinates of their own, but where
-other faces are it knows as single precision does: with an albedo of 0.9 a sphere that is not alone
-is 2 % too bright where coordinates are rounded to 0.06 mean free paths, and exact at 0.006. And in
-a medium around all objects the roulette of `volpath` ends a twentieth of the paths at each
+`randomwalk` follows walks inside objects in coordinates of their own, but where other faces are it
+knows as single precision does: with an albedo of 0.9 a sphere that is not alone is 2 % too bright
+where coordinates are rounded to 0.06 mean free paths, and exact at 0.006.
+
+In a medium around all objects the roulette of `volpath` ends a twentieth of the paths at each
 scattering beyond DEPTH: what longer walks carry is in too few samples to be seen. In a furnace of
 albedo 1 of 60 mean free paths to its end, 84 % of the light are lost with DEPTH 200; of 100 and
-DEPTH 1000, 5 %.
+DEPTH 1000, 5 %. `randomwalk` takes these, and media with small lamps.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 
 from relume.translator.diagnostics import LineReports
 from relume.translator.media import HomogeneousMedium
 from relume.translator.objects import SceneObject
+from relume.translator.scene_values import Entry
 
 ROUNDING = 2.0**-24
 """Largest error of a coordinate in single precision, in units of it."""
@@ -23,8 +27,18 @@ ROUNDING = 2.0**-24
 UNSURE = 0.02
 """Mean free paths from which on a note tells that coordinates are rounded to them."""
 
-SURVIVED = 100
-"""Scatterings beyond DEPTH that a path in 170 survives."""
+SURVIVED = 20
+"""Scatterings beyond DEPTH that a third of the paths survive: at twice as many `volpath` is already
+the worse of the two."""
+
+SMALL = 0.01
+"""Radius of a lamp, in units of that of the medium, up to which light near it is hard to find."""
+
+SEEN = 0.1
+"""Optical depth of scattering from which on it is to be seen."""
+
+STEPS = 2000.0
+"""About the most steps of a walk that crosses in one what nothing is in."""
 
 
 def report_rounding(block: SceneObject, medium: HomogeneousMedium, corners: np.ndarray) -> None:
@@ -45,7 +59,7 @@ def report_rounding(block: SceneObject, medium: HomogeneousMedium, corners: np.n
 def report_long_walks(
     lines: LineReports, field: str, medium: HomogeneousMedium, radius: float, depth: float
 ) -> None:
-    """Report that most of the light is scattered too often to be followed, if it is.
+    """Report it, with what it costs, if most of the light is scattered more often than DEPTH.
 
     Args:
         lines: those of the document.
@@ -54,10 +68,51 @@ def report_long_walks(
         radius: about how far it is to its end [scene unit].
         depth: the scene's DEPTH.
     """
+    count = scatterings(medium, radius)
+    if count > depth + SURVIVED:
+        steps = min(count, STEPS) if similar(medium) else count
+        lines.becomes(field, "long-walks", count=count, steps=steps)
+
+
+def scatterings(medium: HomogeneousMedium, radius: float) -> float:
+    """About how often light is scattered before it is absorbed, or has left a medium.
+
+    Args:
+        medium: the medium.
+        radius: about how far it is to its end [scene unit].
+    """
     thick = radius * np.array(medium.sigma_s)
     across = thick * (1 + radius * medium.reduced)
     absorbed = np.divide(medium.sigma_a, medium.sigma_t, out=np.ones(3), where=medium.sigma_t > 0)
-    # A walk ends where it leaves or is absorbed, whichever comes first.
-    count = np.minimum(across, 1 / np.maximum(absorbed, 1e-12)).max()
-    if count > depth + SURVIVED:
-        lines.becomes(field, "long-walks", count=count)
+    return float(np.minimum(across, 1 / np.maximum(absorbed, 1e-12)).max())
+
+
+def similar(medium: HomogeneousMedium) -> bool:
+    """Whether `randomwalk` crosses in one step what nothing is in."""
+    return not any(medium.g) or (not medium.chromatic and len(set(medium.g)) == 1)
+
+
+def why_followed(
+    medium: HomogeneousMedium | None, radius: float, depth: float, entries: Iterable[Entry]
+) -> str:
+    """Why `randomwalk` is to render the medium around all objects; empty if it need not.
+
+    Args:
+        medium: that medium.
+        radius: about how far it is to its end [scene unit].
+        depth: the scene's DEPTH.
+        entries: dictionaries of shapes and lamps.
+    """
+    if medium is None:
+        return ""
+    if scatterings(medium, radius) > depth + SURVIVED:
+        return "walks longer than DEPTH"
+    seen = radius * max(medium.sigma_s) > SEEN
+    return "small lamps in a medium" if seen and any(is_small(e, radius) for e in entries) else ""
+
+
+def is_small(entry: Entry, radius: float) -> bool:
+    """Whether a dictionary is that of a lamp which is small in a medium of some radius."""
+    if entry["type"] == "sphere" and "emitter" in entry:
+        return bool(entry["radius"] < SMALL * radius)
+    return bool(entry["type"] == "falloffspot")

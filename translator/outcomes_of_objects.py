@@ -219,10 +219,10 @@ MEDIA = (
      "more at 0.06 mean free paths; a sphere that nothing is in is exact.",
      "Lower `MATERIAL_SCALE`, make the object larger, or use the dipole (`BSSRDF` 1)."),
     ("long-walks", "approximated", "13.2",
-     "walks of about {count:.2g} scatterings, roulette ends those well beyond DEPTH: too dark, or "
-     "noisy",
-     "What long walks carry is in so few samples that it is mostly missing from the picture.",
-     "Raise DEPTH to about that number, lower the coefficients, or use the dipole."),
+     "walks of about {count:.2g} scatterings: a sample of randomwalk takes up to about {steps:.2g} "
+     "steps; volpath and volpathmis end walks by roulette beyond DEPTH: too dark, or noisy",
+     "Where nothing is around it, a walk crosses a ball of many mean free paths in one step.",
+     "Lower the coefficients, or the number of samples, if that takes too long."),
 )  # fmt: skip
 
 OUTCOMES = table((*SHAPES, *SURFACES, *LIGHTS, *MEDIA))

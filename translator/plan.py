@@ -158,6 +158,7 @@ def integrator(
     profile: str | None,
     wrapped: Callable[[Entry], tuple[Entry, str]] = lambda paths: (paths, ""),
     inside: bool = False,
+    followed: str = "",
 ) -> tuple[Entry, str]:
     """The integrator's dictionary and the reason for it.
 
@@ -170,9 +171,12 @@ def integrator(
         profile: profile of the dipole, or None where no object needs it.
         wrapped: from a path tracer to the one that knows relativity, and why.
         inside: whether some of the media fill objects.
+        followed: why walks through the medium around them are to be followed, if they are.
     """
     if inside:
         kind, reason = "randomwalk", "scattering inside objects, walk by walk"
+    elif followed:
+        kind, reason = "randomwalk", followed
     elif any(medium.chromatic for medium in media):
         kind, reason = "volpathmis", "a medium whose extinction differs between the channels"
     elif media:
@@ -183,7 +187,7 @@ def integrator(
         kind, reason = "surfacepath", "glass with dispersion: one wavelength for each path"
     else:
         kind, reason = "surfacepath", "no medium"
-    if dispersive and media and not inside:
+    if dispersive and media and kind != "randomwalk":
         # The stock ones part the wavelengths at each refraction, without bias.
         kind = "volpathmis"
         reason += "; glass with dispersion parts wavelengths with more noise than without a medium"

@@ -339,10 +339,9 @@ def translate_surroundings(
         return Contents(entries)
     ball = scene.geometry.medium_ball()
     entries[media.BOUNDARY] = media.boundary(ball, document)
-    if not objects.media:  # `randomwalk` ends no more of them than are absorbed
-        dense_media.report_long_walks(
-            document.lines, "participating_media", scene.medium, ball.radius, document.depth
-        )
+    dense_media.report_long_walks(
+        document.lines, "participating_media", scene.medium, ball.radius, document.depth
+    )
     return Contents(entries, (scene.medium,))
 
 
@@ -375,6 +374,12 @@ def assembled(
     profile = media.PROFILES[dialect] if contents.dipole else None
     types = plan.plugin_types(contents.entries)
     wrapped = functools.partial(curved_space.wrapped, document, dialect, apart or {})
+    followed = dense_media.why_followed(
+        scene.medium,
+        scene.geometry.medium_ball().radius,
+        document.depth,
+        contents.entries.values(),
+    )
     integrator, reason = plan.integrator(
         document,
         dialect,
@@ -384,6 +389,7 @@ def assembled(
         profile,
         wrapped,
         inside=bool(objects.media),
+        followed=followed,
     )
     may_render = candidates(integrator, contents.entries.values())
     if "bdpt" not in may_render.names:
@@ -397,7 +403,7 @@ def assembled(
         around_too = at_camera is scene.medium
         sensor["medium"] = media.REFERENCE if around_too else at_camera.entry()
     entries = {"type": "scene", **around, "integrator": integrator, "sensor": sensor}
-    if contents.media and not objects.media:
+    if contents.media and "randomwalk" not in plan.plugin_types(integrator):
         # The stock integrators for media let lamps shine where they are not.
         entries |= {k: lights.dimmed(e, scene.spectral) for k, e in contents.entries.items()}
     else:

@@ -42,10 +42,41 @@ def test_long_walks_around_objects_with_an_inside_are_followed():
     """There `randomwalk` renders the medium around all objects, too."""
     fog = "participatingMedia\n1\nSCATTERING\n0\n10 10 10\n\n"
     milk = "reflection Subsurface_Scattering\nBSSRDF\n0\nMATERIAL_SYMBOL\nWholemilk\n"
-    assert not any("roulette ends" in n for n in notes(fog + BALL + milk))
+    plan = translate(read_text(f"CAMERA_POS\n0 0 9\n{fog}{BALL}{milk}", environ={})).plan
+    assert plan.integrator == "randomwalk"
 
 
-@pytest.mark.parametrize(("s", "told"), [("0.1", False), ("10", True)])
-def test_long_walks_around_all_objects(s, told):
-    fog = f"participatingMedia\n1\nSCATTERING\n0\n{s} {s} {s}\n\n{BALL}"
-    assert any("roulette ends" in n for n in notes(fog)) == told
+def in_fog(s, a=0, depth=8, g=0, things=BALL):
+    fog = f"participatingMedia\n1\nSCATTERING\n0\n{s} {s} {s}\nABSORBING\n0\n{a} {a} {a}\n"
+    head = f"CAMERA_POS\n0 0 9\nDEPTH\n{depth}\n{fog}PAHASE {g} {g} {g}\n\n"
+    return translate(read_text(head + things, environ={}))
+
+
+@pytest.mark.parametrize(
+    ("s", "a", "depth", "kind"),
+    [(0.1, 0, 8, "volpath"), (10, 0, 8, "randomwalk"), (10, 0, 1e6, "volpath"),
+     (10, 10, 8, "volpath"), (1, 0.01, 8, "randomwalk")],
+)  # fmt: skip
+def test_walks_longer_than_depth_are_followed_and_told(s, a, depth, kind):
+    """Of walks that DEPTH does not cover `volpath` loses what they carry."""
+    found = in_fog(s, a, depth)
+    told = [r.note for r in found.document.lines.all if "walks of about" in (r.note or "")]
+    assert found.plan.integrator == kind
+    assert bool(told) == (kind == "randomwalk")
+
+
+def test_how_many_steps_are_told():
+    """Balls are crossed in one step but where g differs from channel to channel."""
+    fog = "participatingMedia\n1\nSCATTERING\n0\n100 100 100\nPAHASE {}\n\n" + BALL
+    assert any("up to about 2e+03 steps" in n for n in notes(fog.format("0 0 0")))
+    assert not any("up to about 2e+03 steps" in n for n in notes(fog.format("0.1 0 0")))
+
+
+LAMP = "OBJECT\nsphere 0 3 0 {r}\nemission 9 9 9\ncolor 0 0 0\nreflection diffuse\n\n"
+
+
+@pytest.mark.parametrize(
+    ("r", "s", "kind"), [(0.01, 0.05, "randomwalk"), (1, 0.05, "volpath"), (0.01, 1e-4, "volpath")]
+)
+def test_small_lamps_in_a_medium(r, s, kind):
+    assert in_fog(s, things=LAMP.format(r=r) + BALL).plan.integrator == kind

@@ -145,11 +145,19 @@ SCENES = {
     ),
     "no fog": ("participatingMedia\n1\n", RGB, "surfacepath", "perspective", ["surfacepath"], 32),
     "prism in fog": (
-        FOG + BALL + "reflection reflection99\n",
+        FOG.replace("1 1 1", "0 0 1e-4") + BALL + "reflection reflection99\n",
         SPECTRAL,
         "volpathmis",
         "perspective",
         ["schlickglass"],
+        32,
+    ),
+    "dense fog": (
+        FOG + BALL + "reflection diffuse\n",
+        RGB,
+        "randomwalk",
+        "perspective",
+        ["randomwalk"],
         32,
     ),
     "marble": (

@@ -26,14 +26,19 @@ def coefficients(sigma_s: float, sigma_a: float = 0.0, g: float = 0.0) -> dict[s
     return {"SCATTERING": f"0\n{s}", "ABSORBING": f"0\n{a}", "PAHASE": numbers(g)}
 
 
+LONG = 100.0
+"""Scattering coefficient from which on walks in a furnace are so long that samples are few."""
+
+
 def furnace(sigma: float, g: float = 0.0) -> Case:
     """A white ball in fog that absorbs nothing under a sky of 1: it shows 1 everywhere."""
     fog = {"participatingMedia": "1"} | coefficients(sigma, 0.0, g)
     ball = sphere((0, 0, 0), 1.0, *CHALK)
-    return Case(text(ball, camera=(0, 0, 3), angle=30, depth=200, BACKGROUND=SKY, **fog), 1.0)
+    scene = text(ball, camera=(0, 0, 3), angle=30, depth=200, BACKGROUND=SKY, **fog)
+    return Case(scene, 1.0, spp=16 if sigma >= LONG else 64)
 
 
-@family("sigma_s [1/scene unit]", (1e-6, 1e-3, 0.1, 1, 100, 1e4, 1e6), *WALKS)
+@family("sigma_s [1/scene unit]", (1e-6, 1e-3, 0.1, 1, 100, 1e4, 1e6), *WALKS, "randomwalk")
 def fog_by_density(sigma: float) -> Case:
     """A white ball in fog of albedo 1 some units deep, under a sky of 1, is invisible: light is
     neither lost nor gained."""
