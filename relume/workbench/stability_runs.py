@@ -59,10 +59,14 @@ def measure(cell: Cell, seed: int = 0) -> Measurement:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            return render(case, cell, (seed, zlib.crc32(cell.name.encode())), caught)
+            found = render(case, cell, (seed, zlib.crc32(cell.name.encode())), caught)
         except (SceneError, CannotRender, ValueError) as error:
             said = error.described() if isinstance(error, SceneError) else [str(error)]
-            return Measurement(said="; ".join(said), refused=True)
+            found = Measurement(said="; ".join(said), refused=True)
+    if not case.forbidden:
+        return found
+    rightly = found.refused and case.forbidden in found.said
+    return dataclasses.replace(found, refused=rightly, forbidden=True)
 
 
 def _rendered_document(

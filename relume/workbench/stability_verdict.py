@@ -1,4 +1,4 @@
-"""From the runs of a cell to its verdict: `exact`, `degrades` or `fails`.
+"""From the runs of a cell to its verdict: `exact`, `refused`, `degrades` or `fails`.
 
 The error is that of the picture's mean radiance, in units of the known answer; its noise interval
 comes from the scatter of independent runs. A cell is
@@ -55,6 +55,8 @@ class Measurement:
         seconds: time of the runs.
         said: what the translation, a warning or the refusal says of it; empty if nothing.
         refused: whether the scene was not rendered at all.
+        forbidden: whether the scene language forbids the input; then `refused` means that it was
+            refused for that.
     """
 
     error: float = 0.0
@@ -67,10 +69,13 @@ class Measurement:
     seconds: float = 0.0
     said: str = ""
     refused: bool = False
+    forbidden: bool = False
 
     @property
     def verdict(self) -> str:
-        """`exact`, `degrades` or `fails`."""
+        """`exact`, `refused`, `degrades` or `fails`."""
+        if self.forbidden:
+            return "refused" if self.refused else "fails"
         if self.refused or self.not_finite or self.negative:
             return "fails"
         if abs(self.error) > max(self.half_width, NEGLIGIBLE):
@@ -84,6 +89,8 @@ class Measurement:
 
     def text(self) -> str:
         """The verdict in words."""
+        if self.forbidden:
+            return "refused as it must be" if self.refused else "fails: forbidden, but not refused"
         if self.refused:
             return "fails: refused"
         if self.not_finite or self.negative:

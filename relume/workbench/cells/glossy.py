@@ -86,16 +86,27 @@ def under_a_white_sky(attributes: Sequence[str], angle: float) -> str:
     return text(floor, camera=camera, up=up, angle=ACROSS, BACKGROUND=WHITE_SKY)
 
 
+NO_MIRROR = "alpha_x and alpha_y above 0"
+"""What the refusal of an alpha of 0 says: the scene language has alpha > 0 (section 4)."""
+
+
+def ward_case(scene: str, expected: float, alpha: float) -> Case:
+    """A scene with Ward's lobe, which the language forbids for `alpha` = 0."""
+    return Case(scene, expected, forbidden="" if alpha else NO_MIRROR)
+
+
 @family("alpha, seen straight on", ALPHAS, "ward")
 def ward_under_a_white_sky(alpha: float) -> Case:
-    """The directional albedo, by quadrature in double precision; 1 in the limit of 0."""
-    return Case(under_a_white_sky(ward(alpha, alpha), 0), ward_albedo(0, alpha, alpha))
+    """The directional albedo, by quadrature in double precision. The language forbids 0."""
+    scene = under_a_white_sky(ward(alpha, alpha), 0)
+    return ward_case(scene, ward_albedo(0, alpha, alpha), alpha)
 
 
 @family("alpha, seen at 80 degrees", ALPHAS, "ward")
 def ward_under_a_white_sky_aslant(alpha: float) -> Case:
     """As ward under a white sky."""
-    return Case(under_a_white_sky(ward(alpha, alpha), 80), ward_albedo(80, alpha, alpha))
+    scene = under_a_white_sky(ward(alpha, alpha), 80)
+    return ward_case(scene, ward_albedo(80, alpha, alpha), alpha)
 
 
 @family("angle from the normal [degree], alpha 0.1", ANGLES, "ward")
@@ -108,7 +119,8 @@ def ward_by_angle(angle: float) -> Case:
 @family("alpha_x, with alpha_y 0.5, seen at 45 degrees", ALPHAS, "ward")
 def ward_brushed(alpha: float) -> Case:
     """As ward under a white sky."""
-    return Case(under_a_white_sky(ward(alpha, 0.5), 45), ward_albedo(45, alpha, 0.5))
+    scene = under_a_white_sky(ward(alpha, 0.5), 45)
+    return ward_case(scene, ward_albedo(45, alpha, 0.5), alpha)
 
 
 @family("exponent, seen straight on", EXPONENTS, "phong")
@@ -145,7 +157,8 @@ NARROW_ALPHAS, NARROW_EXPONENTS = (0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2), (1e3, 1e4, 
 @family("alpha", NARROW_ALPHAS, "ward")
 def lamp_reflected_by_ward(alpha: float) -> Case:
     """All of the narrow lobe meets a lamp of radiance 1: the albedo at 45 degrees."""
-    return Case(lamp_in_the_mirror(ward(alpha, alpha), 45), ward_albedo(45, alpha, alpha))
+    scene = lamp_in_the_mirror(ward(alpha, alpha), 45)
+    return ward_case(scene, ward_albedo(45, alpha, alpha), alpha)
 
 
 @family("exponent", NARROW_EXPONENTS, "phong")

@@ -33,6 +33,9 @@ def generator(chance):
     return chance.rng()
 
 
+SKY = "IMAGE\n320 240\nSAMPLING\n1\nSUPERSAMPLING\n1\nBACKGROUND\n0.2 0.4 0.6\n"
+
+
 # ---- verdicts
 
 
@@ -231,10 +234,19 @@ def test_a_refused_scene_says_so():
         assert found.refused and said in found.said and not found.silent
 
 
+def test_what_the_language_forbids_is_refused(chance):
+    """An alpha of 0 is; a cell in which such a scene is rendered, or refused for another reason,
+    fails."""
+    (cell,) = stability.chosen(["ward"], ["ward brushed/0"])
+    found = stability.measure(cell, chance.seed())
+    assert found.verdict == "refused" and "alpha_y above 0" in found.said
+    for scene in (SKY, "IMAGE\n0 16\n"):
+        case = Case(scene, 0.4, forbidden="alpha_y above 0")
+        row = dataclasses.replace(cell.family, make=lambda _, case=case: case)
+        assert stability.measure(Cell(row, 0, "ward"), 0).verdict == "fails"
+
+
 # ---- a given scene
-
-
-SKY = "IMAGE\n320 240\nSAMPLING\n1\nSUPERSAMPLING\n1\nBACKGROUND\n0.2 0.4 0.6\n"
 
 
 @pytest.mark.parametrize(
@@ -308,7 +320,7 @@ def test_command(tmp_path):
     (cell,) = json.loads(result.stdout)["cells"]
     assert cell["method"] == "path" and cell["verdict"] == "exact"
     page = (out / "stability.md").read_text()
-    assert "| path | 1 | 1 | 0 | 0 | 0 |" in page and "convex body" in page
+    assert "| path | 1 | 1 | 0 | 0 | 0 | 0 |" in page and "convex body" in page
     assert (out / "stability.png").stat().st_size > 1000
 
 
@@ -326,16 +338,48 @@ def test_silent_failure_ends_with_status_4(monkeypatch):
     assert "path/grey ball/1: fails: +50 %" in result.stdout
 
 
+def page(cell, *measurements):
+    """The page of some measurements of a cell."""
+    found = [stability.report(cell, m) for m in measurements]
+    versions = {"mitsuba": "", "drjit": ""}
+    return stability_page.markdown({"cells": found, "command": "", "versions": versions}, "x.png")
+
+
+def section(text, heading):
+    """What stands below a heading of a page, to the next one; empty if there is no such heading."""
+    return text.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+
+
 def test_page_lists_what_is_not_exact():
     """A row for each such cell, with what says so."""
-    (cell,) = stability.chosen(["path"], ["grey ball/1"])
-    found = [
-        stability.report(cell, m)
-        for m in (Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far"))
-    ]
-    text = stability_page.markdown(
-        {"cells": found, "command": "", "versions": {"mitsuba": "", "drjit": ""}}, "x.png"
+    row = Family("grey ball", "", "", lambda _: None, (1,), ("path",), "Nobody knows.")
+    cell = Cell(row, 1, "path")
+    text = page(
+        cell, Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far")
     )
+    assert "- **grey ball**. Nobody knows." in section(text, "What is not exact")
     assert "| path | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
     assert "too \\| far" in text
-    assert "| path | 3 | 1 | 0 | 1 | 1 | 0.1 % |" in text
+    assert "| path | 3 | 1 | 0 | 0 | 1 | 1 | 0.1 % |" in text
+
+
+def test_page_keeps_mitsubas_integrators_and_refusals_apart():
+    """A reference is what Mitsuba's own render where one of this product does, too."""
+    (reference,) = stability.chosen(["path"], ["white room/0.99"])
+    (own,) = stability.chosen(["surfacepath"], ["white room/0.99"])
+    assert reference.is_reference and not own.is_reference
+    for cell, heading in (
+        (reference, "What Mitsuba's own integrators do there"),
+        (own, "What is not exact"),
+    ):
+        text = page(cell, Measurement(error=0.5))
+        assert f"| {cell.method} | white room | 0.99 | fails" in section(text, heading)
+        assert text.count("| white room | 0.99 |") == 1
+    text = page(own, Measurement(refused=True, forbidden=True, said="above 0"))
+    assert "| above 0 |" in section(text, "What the scene language forbids")
+    assert "| surfacepath | 1 | 0 | 1 | 0 | 0 | 0 | - |" in text
+
+
+def test_cells_of_media_for_mitsubas_alone_are_the_plans_own():
+    alone = Family("fog", "", "", lambda _: None, (1,), ("volpath", "volpathmis"))
+    assert not Cell(alone, 1, "volpath").is_reference
