@@ -40,6 +40,7 @@ MOST_RUNS = 256
 LIMITS = {
     "color-near-one",
     "long-walks",
+    "no-light-through-glass",
     "surface-unsure",
     "thin-glass",
 }
