@@ -146,6 +146,10 @@ LIGHTS = (
      "Glass casts the shadow of an opaque object in this light, without bright spots: light that "
      "glass refracts is found only if rays meet its source.",
      "Use a lamp with a size, such as a sphere or a uvplane."),
+    ("small-lamp-behind-glass", "translated", "9.3",
+     "glass sees this lamp under {angle:.2g} rad: one path in {count:.2g} finds it through glass",
+     "What the glass refracts is noise without end, or missing, in a picture of fewer samples.",
+     "Use a larger lamp, or render with the integrator `bdpt`."),
 )  # fmt: skip
 
 MEDIA = (

@@ -225,6 +225,7 @@ def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
         document = move.apply(document, dialect)
         geometry = measure(document, dialect, meshes, find)
     precision.report_thin_glass(document, geometry.matrices)
+    precision.report_small_lamps(document, geometry.matrices)
     return PlacedScene(
         document=document,
         dialect=dialect,

@@ -41,6 +41,7 @@ LIMITS = {
     "color-near-one",
     "long-walks",
     "no-light-through-glass",
+    "small-lamp-behind-glass",
     "surface-unsure",
     "thin-glass",
 }

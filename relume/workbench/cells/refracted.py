@@ -19,7 +19,7 @@ BLACK = diffuse(0)
 BALL, LAMP = 3.0, 8.0
 """Heights of a glass ball of radius 1 and of the lamp's centre above the floor."""
 INDEX = 1.5
-POWER_OF_TWO = 20
+POWER_OF_TWO = 19
 """Of the number of rays of a quadrature."""
 
 
