@@ -206,8 +206,8 @@ def lit_through_water(angle: float) -> float:
     f"to meet the lamp is left, as for `surfacepath`. {CHANCE} Merging vertices would find it.",
 )
 def pool(angle: float) -> Case:
-    """Ground of albedo rho = 1e-4 in water, right below a lamp of intensity pi, seen from above:
-    with E by the rays from it to the lamp, refracted and less F, it shows rho E / pi (1 - F) / n²."""
+    """Ground of albedo rho = 1e-4 in water, right below a lamp of intensity pi, from above: with E
+    by the rays from it to the lamp, refracted and less F, rho E / pi (1 - F) / n² is seen."""
     albedo, sine = 1e-4, 0.8  # of the line of sight in air
     under = sine / WATER
     at = DEPTH * under / math.sqrt(1 - under**2)
