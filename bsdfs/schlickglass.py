@@ -185,11 +185,15 @@ def define() -> type[mi.BSDF]:
                 int2 = dr.square(self.int_ior)
                 difference = (self.int_ior - self.ext_ior) * (self.int_ior + self.ext_ior)
             # k = (n_2/n_1)^2 - 1, so that equal indices leave every direction as it is.
-            near2 = dr.select(entering, ext2, int2)
-            k = dr.select(entering, difference, -difference) / near2
-            cos_t2 = dr.fma(cos_i, cos_i, k) / (1 + k)
+            near2, far2 = dr.select(entering, ext2, int2), dr.select(entering, int2, ext2)
+            difference = dr.select(entering, difference, -difference)
+            k = difference / near2
+            # From the sine, which keeps its digits where the cosine is nearly 1 (an index of 1000
+            # lets out what is within a thousandth of the normal), and for `wi` of any length.
+            sin2_i = dr.fma(wi.x, wi.x, wi.y * wi.y)
+            cos_t2 = dr.fma(sin2_i, difference / far2, cos_i * cos_i)
             cos_t = dr.safe_sqrt(cos_t2)
-            eta = dr.sqrt(1 + k)
+            eta = dr.sqrt(far2 / near2)
             F = self.fresnel(cos_i, cos_t, entering, k, eta)
             return dr.select(cos_t2 > 0, dr.minimum(F, 1), 1), cos_t, eta
 

@@ -81,11 +81,15 @@ import mitsuba as mi
 import numpy as np
 
 from relume.emitters.common import delta_sample, sample_spectrum, spectrum_lookup, unit
-from relume.parameters import ANY, NOT_NEGATIVE, Range, check, number, vector
+from relume.parameters import ANY, NOT_NEGATIVE, Range, check, number, plain, vector
 
 RUNS_UNDER = ("polarized",)
 
 NO_ATTENUATION_BELOW = 1e-3
+
+NARROW = 1e-3
+"""Width of a rim, in cosines, below which it is told in double precision."""
+
 RANGES = {
     "position": ANY,
     "direction": ANY,
@@ -122,28 +126,42 @@ def define() -> type[mi.Emitter]:
                 raise ValueError("intensity must not vary over a surface")
 
         def _derive(self):
-            w, f = dr.deg2rad(self.cutoff_angle), dr.deg2rad(self.falloff_angle)
+            angles = (self.cutoff_angle, self.falloff_angle)
+            w, f = (dr.deg2rad(mi.Float64(angle)) for angle in angles)
             # Cosines near 1 have few digits left in float32: 1 - cos(w) and cos(w - f) - cos(w).
-            self.versine_w = 2.0 * dr.square(dr.sin(0.5 * w))
-            rim = 2.0 * dr.sin(w - 0.5 * f) * dr.sin(0.5 * f)
+            self.exact_versine_w = 2.0 * dr.square(dr.sin(0.5 * w))
+            self.versine_w = mi.Float(self.exact_versine_w)
+            rim = mi.Float(2.0 * dr.sin(w - 0.5 * f) * dr.sin(0.5 * f))
+            self.narrow = 0.0 < plain(rim) < NARROW
             self.inverse_rim = dr.rcp(dr.maximum(rim, 1e-20))  # f = 0: steeper than float32 tells
             dr.make_opaque(
                 self.position, self.direction, self.falloff_exponent, self.attenuation,
-                self.versine_w, self.inverse_rim,
+                self.versine_w, self.exact_versine_w, self.inverse_rim,
             )  # fmt: skip
 
-        def _ramp(self, versine):
-            """The factor r of a direction of which 1 - cos(theta) is `versine`."""
+        def _ramp(self, inside):
+            """The factor r of a direction of which cos(theta) - cos(w) is `inside`."""
             # above 0, so that x^p and its derivative stay finite outside the cone
-            x = dr.clip((self.versine_w - versine) * self.inverse_rim, 1e-7, 1.0)
-            return dr.select(versine < self.versine_w, dr.power(x, self.falloff_exponent), 0.0)
+            x = dr.clip(inside * self.inverse_rim, 1e-7, 1.0)
+            return dr.select(inside > 0.0, dr.power(x, self.falloff_exponent), 0.0)
+
+        def _inside(self, p, d):
+            """cos(theta) - cos(w) of the point `p`, which is lit from the direction `d`.
+
+            A direction in float32 leaves it an error of 3e-8, too much for a narrow rim.
+            """
+            if not self.narrow:
+                return self.versine_w - 0.5 * dr.squared_norm(d + self.direction)
+            d = dr.normalize(mi.Vector3d(self.position) - mi.Vector3d(p))
+            direction = dr.normalize(mi.Vector3d(self.direction))
+            return mi.Float(self.exact_versine_w - 0.5 * dr.squared_norm(d + direction))
 
         def _irradiance(self, it, d, dist, active):
             """Irradiance at `it` perpendicular to `d`, the direction towards the light."""
             a, b, c = self.attenuation
             t = dr.fma(dr.fma(c, dist, b), dist, a)
             t = dr.select(t < NO_ATTENUATION_BELOW, 1.0, t)
-            weight = self._ramp(0.5 * dr.squared_norm(d + self.direction)) / t
+            weight = self._ramp(self._inside(it.p, d)) / t
             si = spectrum_lookup(self.position, mi.Point2f(0.5), it.time, it.wavelengths)
             value = self.intensity.eval(si, active) * dr.select(active, weight, 0.0)
             return mi.depolarizer(value)
@@ -177,7 +195,7 @@ def define() -> type[mi.Emitter]:
             local = mi.Vector3f(sine * c_phi, sine * s, 1.0 - versine)
             si = spectrum_lookup(self.position, mi.Point2f(0.5), time)
             wavelengths, weight = sample_spectrum(self.intensity, si, sample1, active)
-            weight *= self._ramp(versine) * (dr.two_pi * self.versine_w / c)
+            weight *= self._ramp(self.versine_w - versine) * (dr.two_pi * self.versine_w / c)
             d = mi.Frame3f(self.direction).to_world(local)
             return mi.Ray3f(self.position, d, time, wavelengths), mi.depolarizer(weight)
 

@@ -140,6 +140,7 @@ class Surfaces:
         T = mi.Spectrum(1)
         active = mi.Bool(active)
         ray = si.spawn_ray_to(ds.p)
+        towards = mi.Vector3f(ray.d)
         lamp = ds.emitter.get_shape()
         while dr.hint(active, label="Shadow ray"):
             end = mi.Float(ray.maxt)
@@ -151,10 +152,10 @@ class Surfaces:
             active &= si.t < end
             T *= dr.select(active, T_here, 1)
             T *= dr.select(at_lamp, self.shining(si.shape, T_here), 1)
-            # Not aimed anew: beyond the lamp rays would come back, and might never end.
-            ray = si.spawn_ray(ray.d)
-            ray.maxt = dr.dot(ds.p - ray.o, ray.d) * (1 - SHADOW_EPSILON)
-            active &= dr.any(T != 0) & (ray.maxt > 0)
+            # Aimed anew, for rays start beside the line: some would meet the lamp before the point.
+            ray = si.spawn_ray_to(ds.p)
+            # Beyond the lamp they would come back, and might never end.
+            active &= dr.any(T != 0) & (dr.dot(ray.d, towards) > 0)
         return T
 
     def reach(self, lamp: Any, end: Any) -> Any:

@@ -9,7 +9,7 @@ import mitsuba as mi
 
 from relume.bsdfs.dispersion import HERO_WAVELENGTH
 from relume.integrators.lightstarts import Emission
-from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
+from relume.integrators.seethrough import Surfaces
 from relume.integrators.sensorconnections import PinholeOnDevice
 from relume.integrators.translucentmaterials import nested
 
@@ -105,15 +105,15 @@ def past_lamps(t: Transport, si: Any, p: Any, active: Any) -> Any:
     T = mi.Spectrum(1)
     active = mi.Bool(active)
     ray = si.spawn_ray_to(p)
+    towards = mi.Vector3f(ray.d)
     while dr.hint(active, label="Past lamps"):
         si = t.scene.ray_intersect(ray, ray_flags=mi.RayFlags.All, coherent=False, active=active)
         active &= si.is_valid()
         lamp = si.shape.emitter() != None  # noqa: E711
         T_here = si.bsdf().eval_null_transmission(si, active)
         T *= dr.select(active & ~lamp, T_here, 1)
-        ray = si.spawn_ray(ray.d)
-        ray.maxt = dr.dot(p - ray.o, ray.d) * (1 - SHADOW_EPSILON)
-        active &= dr.any(T != 0) & (ray.maxt > 0)
+        ray = si.spawn_ray_to(p)  # aimed anew, as in `Surfaces.transmittance`
+        active &= dr.any(T != 0) & (dr.dot(ray.d, towards) > 0)
     return T
 
 

@@ -210,6 +210,7 @@ def light_through(
     T = mi.Spectrum(1)
     active = mi.Bool(active)
     ray = mi.Ray3f(ray)
+    towards = mi.Vector3f(ray.d)
     lamp = ds.emitter.get_shape()
     medium = mi.MediumPtr(medium)
     before = mi.Float(off)  # part of the ray that does not count
@@ -236,7 +237,10 @@ def light_through(
         skipped = dr.select(stale, si.t + off - before, dr.dot(ahead.o - si.p, ray.d))
         before = -skipped
         ray.o = dr.select(stale, dr.fma(si.t + off, ray.d, ray.o), ahead.o)
-        ray.maxt = dr.dot(ds.p - ray.o, ray.d) * (1 - SHADOW_EPSILON)
-        active &= dr.any(T != 0) & (ray.maxt > 0)
+        # Aimed anew, as in `Surfaces.transmittance`.
+        aim = ds.p - ray.o
+        distance = dr.norm(aim)
+        ray.d, ray.maxt = aim / distance, distance * (1 - SHADOW_EPSILON)
+        active &= dr.any(T != 0) & (dr.dot(aim, towards) > 0)
         first = mi.Bool(False)
     return T

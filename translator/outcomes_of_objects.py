@@ -147,6 +147,10 @@ LIGHTS = (
      "glass refracts is found only if rays meet its source, or by `bdpt`, which does not know what "
      "else the scene has, or was not asked for.",
      "Use a lamp with a size, such as a sphere or a uvplane, or render by `--integrator bdpt`."),
+    ("small-lamp-behind-glass", "translated", "9.3",
+     "glass sees this lamp under {angle:.2g} rad: one path in {count:.2g} finds it through glass",
+     "What the glass refracts is noise without end, or missing, in a picture of fewer samples.",
+     "Use a larger lamp, or render with the integrator `bdpt`."),
 )  # fmt: skip
 
 MEDIA = (

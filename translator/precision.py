@@ -18,6 +18,9 @@ from relume.translator.shapes import Plane, Sphere, UVPlane
 RAY_OFFSET = 8.94e-5
 """`mi.math.RayEpsilon` of single precision."""
 
+SMALL = 1e-2
+"""Sine of half the angle of a lamp below which fewer than one ray in ten thousand meets it."""
+
 
 def report_thin_glass(document: Document, matrices: Sequence[np.ndarray]) -> None:
     """Report glass that is thinner than rays can tell.
@@ -41,6 +44,47 @@ def report_thin_glass(document: Document, matrices: Sequence[np.ndarray]) -> Non
         if isinstance(block.shape, Sphere) and scale is not None:
             center = geometry.point(matrix, block.shape.center)
             report_if_thin(block, 2 * scale * block.shape.radius, center)
+
+
+def report_small_lamps(document: Document, matrices: Sequence[np.ndarray]) -> None:
+    """Report lamps that refracting glass sees so small that hardly a ray meets them through it.
+
+    Args:
+        document: the document, where it is rendered.
+        matrices: transformation of each object, (4, 4).
+    """
+    placed = list(zip(document.objects, matrices, strict=True))
+    glass = [(block, matrix) for block, matrix in placed if refracts(block)]
+    for block, matrix in placed:
+        if isinstance(block.shape, Sphere) and any(block.emission) and not block.spot_light:
+            scale = geometry.similarity_scale(matrix[:3, :3])
+            center = geometry.point(matrix, block.shape.center)
+            far = [distance(*other, center) for other in glass]
+            if scale is None or not far or min(far) <= 0:
+                continue
+            sine = scale * block.shape.radius / min(far)
+            if 0 < sine < SMALL:
+                count = sine**-2
+                block.lines.remark("", "small-lamp-behind-glass", angle=2 * sine, count=count)
+
+
+def refracts(block: SceneObject) -> bool:
+    """Whether an object is of glass that turns light."""
+    turns = block.refractive_index != 1 or block.reflection.dispersion
+    return block.reflection.kind == "glass" and bool(turns)
+
+
+def distance(block: SceneObject, matrix: np.ndarray, point: np.ndarray) -> float:
+    """How far a sphere's surface, or the plane of a flat object, is from a point (3,); infinite for
+    other shapes, and 0 or less inside a sphere."""
+    if is_flat(block):
+        p, n = face(block, matrix)
+        return abs(float((point - p) @ n))
+    scale = geometry.similarity_scale(matrix[:3, :3])
+    if not isinstance(block.shape, Sphere) or scale is None:
+        return np.inf
+    center = geometry.point(matrix, block.shape.center)
+    return float(np.linalg.norm(point - center)) - scale * block.shape.radius
 
 
 def is_flat(block: SceneObject) -> bool:

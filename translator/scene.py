@@ -238,6 +238,7 @@ def placed(document: Document, dialect: str, find: Find) -> PlacedScene:
         document = move.apply(document, dialect)
         geometry = measure(document, dialect, meshes, find)
     precision.report_thin_glass(document, geometry.matrices)
+    precision.report_small_lamps(document, geometry.matrices)
     errors = dipole_errors(document, geometry, meshes, find, dialect)
     why = obstacle_to_dipole(document, geometry, meshes, find, spectral)
     return PlacedScene(

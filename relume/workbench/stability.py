@@ -223,6 +223,8 @@ def report(cell: Cell, found: Measurement) -> dict[str, Any]:
         "quantity": cell.family.quantity,
         "at": cell.at,
         "answer": cell.family.answer,
+        "why": cell.family.why,
+        "reference": cell.is_reference,
         "verdict": found.verdict,
         "text": found.text(),
         "silent": found.silent,
@@ -276,7 +278,7 @@ def described(cells: Sequence[dict[str, Any]]) -> list[tuple[str, bool]]:
     """Of every cell that is not exact, what was found in words, and whether it fails silently."""
     lines = []
     for cell in cells:
-        if cell["verdict"] != "exact":
+        if cell["verdict"] not in stability_page.RIGHT:
             name = f"{cell['method']}/{cell['family']}/{cell['at']}"
             said = f" ({cell['said']})" if cell["said"] else ""
             lines.append((f"{name}: {cell['text']}{said}", cell["silent"]))

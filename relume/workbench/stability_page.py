@@ -31,6 +31,8 @@ def color(cell: CellReport) -> tuple[float, float, float]:
     """Colour of a cell: green, yellow to orange by the size of the error, red, or grey if said."""
     if cell["verdict"] == "exact":
         return (0.62, 0.82, 0.62)
+    if cell["verdict"] == "refused":
+        return (0.85, 0.92, 0.85)
     if cell["verdict"] == "fails":
         return (0.72, 0.10, 0.10) if cell["silent"] else (0.70, 0.70, 0.74)
     if abs(cell["error"]) <= max(cell["half_width"], NEGLIGIBLE):
@@ -43,6 +45,7 @@ def color(cell: CellReport) -> tuple[float, float, float]:
 
 LEGEND: tuple[tuple[str, CellReport], ...] = (
     ("exact", {"verdict": "exact"}),
+    ("rightly refused", {"verdict": "refused"}),
     ("off by 0.2 %", {"verdict": "degrades", "error": 0.002, "half_width": 0}),
     ("off by 4 %", {"verdict": "degrades", "error": 0.04, "half_width": 0}),
     ("noisy", {"verdict": "degrades", "error": 0, "half_width": 0}),
@@ -139,13 +142,18 @@ def markdown(report: dict[str, Any], picture: str) -> str:
         picture: file name of the heat map.
     """
     cells = report["cells"]
+    departures = [cell for cell in cells if cell["verdict"] not in RIGHT]
+    own = [cell for cell in departures if not cell["reference"]]
     return pages.filled(
         "stability.md",
         report=report,
         picture=picture,
         head=SUMMARY_HEAD,
         rows=summary(cells),
-        departures=[cell for cell in cells if cell["verdict"] != "exact"],
+        departures=own,
+        references=[cell for cell in departures if cell["reference"]],
+        refusals=[cell for cell in cells if cell["verdict"] == "refused"],
+        reasons={cell["family"]: cell["why"] for cell in own if cell["why"]},
         families={cell["family"]: cell for cell in cells}.values(),
         percent={
             "confidence": f"{100 * (1 - FALSE_ALARMS):g}",
@@ -157,7 +165,10 @@ def markdown(report: dict[str, Any], picture: str) -> str:
     )
 
 
-VERDICTS = ("exact", "degrades", "fails, says so", "fails silently")
+RIGHT = ("exact", "refused")
+"""Verdicts of cells in which nothing is to be mended."""
+
+VERDICTS = (*RIGHT, "degrades", "fails, says so", "fails silently")
 
 
 def counted(cells: Iterable[CellReport]) -> dict[str, int]:

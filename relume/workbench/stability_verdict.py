@@ -1,12 +1,12 @@
-"""From the runs of a cell to its verdict: `exact`, `degrades` or `fails`.
+"""From the runs of a cell to its verdict: `exact`, `refused`, `degrades` or `fails`.
 
 The error is that of the picture's mean radiance, in units of the known answer; its noise interval
 comes from the scatter of independent runs. A cell is
 
 - `exact` where the error lies within its noise, or below `NEGLIGIBLE`, and an error above `WANTED`
   would have been seen;
-- `fails` where a value is not finite or below 0, where the error is significant and above `LIMIT`,
-  and where the scene is refused;
+- `fails` where a value is not finite, where radiance is below 0, where the error is significant and
+  above `LIMIT`, and where the scene is refused;
 - `degrades` else: by an error up to `LIMIT`, or by noise that hides errors above `WANTED`.
 
 An exact method is given another verdict with the probability `FALSE_ALARMS` for each cell.
@@ -37,6 +37,9 @@ WANTED = 0.01
 LIMIT = 0.05
 """Error above which a method fails."""
 
+ROUNDING = 1e-5
+"""Part of a colour's largest value by which another of its values may be below 0."""
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -52,6 +55,8 @@ class Measurement:
         seconds: time of the runs.
         said: what the translation, a warning or the refusal says of it; empty if nothing.
         refused: whether the scene was not rendered at all.
+        forbidden: whether the scene language forbids the input; then `refused` means that it was
+            refused for that.
     """
 
     error: float = 0.0
@@ -64,10 +69,13 @@ class Measurement:
     seconds: float = 0.0
     said: str = ""
     refused: bool = False
+    forbidden: bool = False
 
     @property
     def verdict(self) -> str:
-        """`exact`, `degrades` or `fails`."""
+        """`exact`, `refused`, `degrades` or `fails`."""
+        if self.forbidden:
+            return "refused" if self.refused else "fails"
         if self.refused or self.not_finite or self.negative:
             return "fails"
         if abs(self.error) > max(self.half_width, NEGLIGIBLE):
@@ -81,6 +89,8 @@ class Measurement:
 
     def text(self) -> str:
         """The verdict in words."""
+        if self.forbidden:
+            return "refused as it must be" if self.refused else "fails: forbidden, but not refused"
         if self.refused:
             return "fails: refused"
         if self.not_finite or self.negative:
@@ -100,11 +110,20 @@ class RunStatistics:
     Args:
         expected: known mean, a number or three.
         scale: radiance in units of which errors are given.
+        to_xyz: (3, 3), from the pictures' RGB to XYZ if they are rendered by wavelengths. Light of
+            one wavelength is a colour that RGB cannot hold, so that one of its values is below 0
+            and has to be; X, Y and Z are below 0 where radiance is.
     """
 
-    def __init__(self, expected: float | Sequence[float], scale: float) -> None:
+    def __init__(
+        self,
+        expected: float | Sequence[float],
+        scale: float,
+        to_xyz: np.ndarray | None = None,
+    ) -> None:
         self.expected = np.broadcast_to(np.asarray(expected, float), 3)
         self.scale = float(scale)
+        self.to_xyz = to_xyz
         self.means: list[np.ndarray] = []
         self.not_finite = self.negative = self.values = 0
         self.largest = 0.0
@@ -115,9 +134,16 @@ class RunStatistics:
         picture = np.where(finite, picture, 0.0)
         self.values += picture.size
         self.not_finite += picture.size - int(finite.sum())
-        self.negative += int((picture < 0).sum())
+        self.negative += int(self._below_zero(picture).sum())
         self.largest = max(self.largest, float(picture.max()))
         self.means.append(picture.mean(axis=(0, 1), dtype=float))
+
+    def _below_zero(self, picture: np.ndarray) -> np.ndarray:
+        """Which values are those of radiance below 0, (height, width, 3)."""
+        if self.to_xyz is None:
+            return picture < 0
+        largest = np.abs(picture).max(axis=-1, keepdims=True)
+        return picture @ self.to_xyz.T < -ROUNDING * largest
 
     def measurement(self, **about: Any) -> Measurement:
         """The `Measurement` so far; `about` are its attributes that do not follow from the runs."""

@@ -74,6 +74,23 @@ def test_lobes_are_the_formulas(n, fresnel, at, directions):
     np.testing.assert_allclose(np.array(bs.eta), expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize("n", [100.0, 1000.0])
+def test_what_a_high_index_lets_out(n, at):
+    """Out of a high index within 1/n of the normal: cos theta_2 = sqrt(1 - (n s)²) to 2e-5 and
+    (1 - F) n² to 1e-4, for directions that rounding has made 1e-6 shorter, too, as a hundred
+    reflections inside a ball do."""
+    u = np.linspace(0, 0.98, 50)
+    wi = np.stack([u / n, 0 * u, -np.sqrt(1 - (u / n) ** 2)], axis=1)
+    for length in (1.0, 1 - 1e-6):
+        _, cos2, _, factor = transcription(wi, n, 1.0, "schlick")
+        si = at(wi * length)
+        bs, weight = mi.load_dict(glass(n)).sample(lobe(REFRACT), si, 0.5, mi.Point2f(0.5))
+        np.testing.assert_allclose(np.array(bs.wo)[2], np.sqrt(cos2), atol=2e-5)
+        F_0 = ((1 - n) / (1 + n)) ** 2
+        through = (1 - F_0) * (1 - (1 - np.sqrt(cos2)) ** 5)
+        np.testing.assert_allclose(np.array(weight)[0], through * factor, rtol=1e-4)
+
+
 @pytest.mark.parametrize("fresnel", ["schlick", "exact"])
 @pytest.mark.parametrize("n", INDICES)
 def test_weight_is_lobe_over_probability(n, fresnel, at, directions):

@@ -105,6 +105,20 @@ def test_narrow_cones(w):
         np.testing.assert_allclose(value[0], expected * np.array([3.0, 2.0, 1.0]), atol=0.06)
 
 
+@pytest.mark.parametrize("f", [1e-4, 1e-3, 1e-2])
+def test_narrow_rims(f):
+    """A ramp within f degrees of 20: to 1e-4 of its middle at each of a thousand points as float32
+    has them. (A cosine in float32 leaves errors of a hundredth at f = 1e-3.)"""
+    c = (np.cos(np.radians(20)) + np.cos(np.radians(20 - f))) / 2
+    x = np.sqrt(1 - c * c) / c * (1 + np.linspace(-0.3, 0.3, 1000) * np.radians(f))
+    points = np.stack([x, -np.ones_like(x), 0 * x], axis=1).astype(np.float32)
+    parameters = {"cutoff_angle": 20.0, "falloff_angle": f, "falloff_exponent": 1.0}
+    _, value = received(mi.load_dict(spot(attenuation=[0, 0, 0], **parameters)), points)
+    cosine = 1 / np.hypot(1, points[:, 0].astype(float))
+    w, inner = np.cos(np.radians([20, 20 - np.float32(f).astype(float)]))
+    np.testing.assert_allclose(value[:, 0] / 3, (cosine - w) / (inner - w), atol=1e-4)
+
+
 def test_attenuation_below_a_thousandth_is_none():
     """t < 1e-3 counts as 1: with 0 0 1, within 0.0316 of the light."""
     emitter = mi.load_dict(spot())

@@ -160,6 +160,21 @@ def test_grey_glass_in_the_light_of_a_disk(chance, level):
 
 
 @pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("integrator", ["surfacepath", "randomwalk", "bdpt"])
+def test_a_lamp_in_the_middle_of_glass(integrator, chance, level):
+    """A ball lamp of radiance L and radius R at the distance D, in the middle of an index-matched
+    ball: rho L R²/D² of the floor. A shadow ray that left the ball beside its line would miss one
+    point in forty, near the lamp's edge."""
+    radius, distance = 0.1, 1.0
+    lamp = {"type": "sphere", "center": [0, 0, distance], "radius": radius, "bsdf": diffuse(0)}
+    lamp["emitter"] = {"type": "area", "radiance": rgb(1 / radius**2)}
+    ball = {"type": "sphere", "center": [0, 0, distance], "radius": 0.3, "bsdf": CLEAR["glass"]()}
+    made = scene(eye=(5, 0, 2), integrator=integrator, floor=floor(), lamp=lamp, ball=ball)
+    pictures = chance.runs(made, 1024).mean(axis=(1, 2))
+    chance.equal(level(pictures[:, 0]), RHO / distance**2, allowed=1e-4, precision=5e-3)
+
+
+@pytest.mark.false_alarms(1e-3)
 def test_half_a_surface_under_a_lamp(chance, level):
     """d rho L R^2/D^2 of a surface of opacity d, though half of its samples pass on; alpha is d."""
     things = {"half": square(0, mask(0.5)), "lamp": disk_lamp(100, z=30)}

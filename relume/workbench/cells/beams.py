@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from relume.workbench.cells.family import Case, family
 from relume.workbench.cells.scenes import (
     diffuse,
@@ -85,9 +87,10 @@ def spot(
     *,
     radiance: float,
     offset: float = 0.0,
+    x: float = 0.0,
 ) -> str:
-    """A spot above the origin."""
-    return sphere((offset, offset + distance, offset), 0.01 * distance, emission(radiance),
+    """A spot above the origin, or above `x` on the X axis."""
+    return sphere((offset + x, offset + distance, offset), 0.01 * distance, emission(radiance),
                   "color 0 0 0", "reflection diffuse", "spot_light 1", "spot_light_dir 0 -1 0",
                   f"spot_light_angle {numbers(half_angle, fall_off)}",
                   f"spot_light_falloff {numbers(exponent)}", "spot_attenuation 0 0 1")  # fmt: skip
@@ -121,18 +124,23 @@ def spot_by_width(half_angle: float) -> Case:
 
 @family("fall-off angle [degree]", (1e-3, 0.01, 0.1, 1, 10, 20), "falloffspot")
 def spot_ramp(fall_off: float) -> Case:
-    """Where the cosine of the angle from the axis is midway between those of w and w - f, the ramp
-    is (1/2)^p; with p = 2 and cos³ for the distance and the incidence, rho E cos³(theta) / 4."""
+    """Where the cosine of the angle from the axis is by the share u of the ramp's width above that
+    of w, the ramp is u^p; with p = 2, and cos³ for the distance and the incidence, the radiance is
+    rho E cos³(theta) (u² + s²/12) over a picture that is s ramps wide."""
     w, f = math.radians(20), math.radians(fall_off)
-    cosine = (math.cos(w) + math.cos(w - f)) / 2
-    x = math.sqrt(1 - cosine**2) / cosine
-    light = spot(1, 20, fall_off, radiance=1)
-    near = 0.1
-    # Points of a small floor are exact to 1e-7, of which the narrowest ramp is 2e-5.
-    small = uvplane((-1, 0, -1), (0, 0, 2), (2, 0, 0), *diffuse(0.5))
-    scene = text(small, light, camera=(x, near, near), target=(x, 0, 0),
-                 angle=max(0.02 * fall_off, 1e-3))  # fmt: skip
-    return Case(scene, 0.5 * cosine**3 / 4)
+    rim = math.cos(w - f) - math.cos(w)
+    # The point that is seen is the origin: elsewhere its coordinates have errors of 6e-8, and the
+    # narrowest ramp is 2e-5 wide. So the lamp stands at a number that float32 has, where u = 1/2.
+    x = float(np.float32(math.sqrt((math.cos(w) + rim / 2) ** -2 - 1)))
+    cosine = 1 / math.hypot(1, x)
+    u = (cosine - math.cos(w)) / rim
+    angle = max(0.02 * fall_off, 1e-3)
+    camera = (0, 0.1, 0.1)
+    seen = 2 * math.tan(math.radians(angle) / 2) * math.hypot(*camera)
+    s = seen * x * cosine**3 / rim
+    light = spot(1, 20, fall_off, radiance=1, x=-x)
+    scene = text(floor(), light, camera=camera, angle=angle)
+    return Case(scene, 0.5 * cosine**3 * (u**2 + s**2 / 12))
 
 
 @family("exponent", (0, 1e-3, 1, 10, 100), "falloffspot")

@@ -6,6 +6,7 @@ The bootstrap finds no light, or one path of a million; a picture of one pixel; 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mitsuba as mi
 
@@ -40,18 +41,24 @@ def no_light_to_strong_light(radiance: float) -> Case:
     return Case(scene, radiance, scale=radiance or 1.0)
 
 
-@family("angle of the light [degree]", (30.0, 10.0, 3.0, 1.0), *CHAINS)
-def found_by_chance(angle: float) -> Case:
-    """A floor of albedo 1/2 below a disk of the angle t about the normal, for which no light
-    sampling looks: 1 / sin² t paths are traced until one finds it. The irradiance is
-    pi sin² t times the disk's radiance, 2 / sin² t, so that the floor's radiance is 1."""
+ANGLES = (30.0, 10.0, 3.0, 1.0)
+
+
+def disk_over_a_floor(angle: float, integrator: dict[str, Any], weight: float) -> Case:
+    """A floor of albedo 1/2, that shows 1, below a disk of the angle [degree] about the normal.
+
+    Args:
+        angle: half of what the disk subtends.
+        integrator: entry of the scene.
+        weight: `sampling_weight` of the lamp.
+    """
     t = math.radians(angle)
     T = mi.ScalarTransform4f
     lamp = T().translate([0, 1, 0]).rotate([1, 0, 0], 90).scale(math.tan(t))
     floor = T().rotate([1, 0, 0], -90).scale(0.05)
     scene = {
         "type": "scene",
-        "integrator": {"type": "pssmlt", "paths": {"type": "path", "max_depth": 2}},
+        "integrator": integrator,
         "sensor": camera((0.5, 0.1, 0), (0, 0, 0), 0.05),
         "floor": {
             "type": "rectangle",
@@ -64,12 +71,37 @@ def found_by_chance(angle: float) -> Case:
             "light": {
                 "type": "area",
                 "radiance": rgb(2 / math.sin(t) ** 2),
-                "sampling_weight": 0.0,
+                "sampling_weight": weight,
             },
         },
         "dark": {"type": "constant", "radiance": rgb(0.0)},
     }
     return Case(scene, 1.0, spp=256)
+
+
+@family(
+    "angle of the light [degree]",
+    ANGLES,
+    *CHAINS,
+    why="One path in 1 / sin² t meets the lamp, 33 at 10 degrees and 3283 at 1 degree, and chains "
+    "start only from what uniform samples find: the relative deviation of a mean of N paths is "
+    "sqrt((1 / sin² t - 1) / N). A chain's mutations find no lamp that its start has not: a share "
+    "of 0.25 of the 1.7e7 samples of a cell are uniform, which leaves 0.28, 0.9 and 2.8 % at 10, 3 "
+    "and 1 degrees, and 0.9, 3 and 9 % for the interval of 99.9 %, as measured. The lamp is one "
+    "that no emitter sampling may use; no scene file has such a lamp.",
+)
+def found_by_chance(angle: float) -> Case:
+    """A floor of albedo 1/2 below a disk of the angle t about the normal, for which no light
+    sampling looks: 1 / sin² t paths are traced until one finds it. The irradiance is
+    pi sin² t times the disk's radiance, 2 / sin² t, so that the floor's radiance is 1."""
+    chains = {"type": "pssmlt", "paths": {"type": "path", "max_depth": 2}}
+    return disk_over_a_floor(angle, chains, 0.0)
+
+
+@family("angle of the light [degree]", ANGLES, "bdpt", "surfacepath")
+def found_from_both_ends(angle: float) -> Case:
+    """As found by chance, but that lamps are sampled: 1."""
+    return disk_over_a_floor(angle, {"type": "bdpt", "max_depth": 2}, 1.0)
 
 
 @family("chains", (2, 16, 1024), "pssmlt")

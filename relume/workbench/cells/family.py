@@ -26,6 +26,8 @@ class Case:
         spp: samples of a pixel in one run.
         variant: Mitsuba variant of a dictionary.
         options: how a text or a document is translated.
+        forbidden: where the scene language forbids the input, what its refusal says; it is to be
+            refused for that, and rendered by no means.
     """
 
     scene: str | Document | dict[str, Any]
@@ -35,6 +37,7 @@ class Case:
     spp: int = 64
     variant: str = "llvm_ad_rgb"
     options: RenderOptions = field(default_factory=RenderOptions)
+    forbidden: str = ""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Family:
         make: function from a value to a `Case`.
         values: numbers or strings, in the order of the report.
         methods: plugin ids that the cells are measured for.
+        why: derivation of why cells are not exact, where some are not.
     """
 
     name: str
@@ -56,6 +60,11 @@ class Family:
     make: Callable[[Any], Case]
     values: tuple[float | str, ...]
     methods: tuple[str, ...]
+    why: str = ""
+
+
+MITSUBAS = ("path", "volpath", "volpathmis")
+"""Integrators that are none of this product."""
 
 
 @dataclass(frozen=True)
@@ -76,18 +85,26 @@ class Cell:
         """Unique name, such as `path/grey ball/0.001`."""
         return f"{self.method}/{self.family.name}/{self.at}"
 
+    @property
+    def is_reference(self) -> bool:
+        """Whether it is measured for an integrator of Mitsuba that no plan takes there, for one of
+        this product renders the same scenes."""
+        own = any(name not in MITSUBAS for name in self.family.methods)
+        return own and self.method in MITSUBAS
+
 
 def family(
-    quantity: str, values: Sequence[float | str], *methods: str
+    quantity: str, values: Sequence[float | str], *methods: str, why: str = ""
 ) -> Callable[[Callable[[Any], Case]], Family]:
     """Decorator that makes a `Family` of a function from a value to a `Case`.
 
-    Its name and docstring are the family's name and the derivation of the answer.
+    Its name and docstring are the family's name and the derivation of the answer; `why` is that of
+    the family.
     """
 
     def made(make: Callable[[Any], Case]) -> Family:
         answer = " ".join((make.__doc__ or "").split())
         name = make.__name__.replace("_", " ")
-        return Family(name, quantity, answer, make, tuple(values), methods)
+        return Family(name, quantity, answer, make, tuple(values), methods, why)
 
     return made

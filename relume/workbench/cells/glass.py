@@ -61,7 +61,14 @@ def slab_by_angle(angle: float) -> Case:
 
 
 @family(
-    "thickness over distance from the camera", (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1), "schlickglass"
+    "thickness over distance from the camera",
+    (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1),
+    "schlickglass",
+    why="Mitsuba starts a ray 8.9e-5 (1 + m) off its surface, m the largest coordinate: below the "
+    "far side of a thinner slab, so that light is refracted once. c F + c (1 - F) / n² = 0.2339 is "
+    "seen instead of 0.2554, -8.4 %, as measured. It is the start of rays that forbids it, which "
+    "keeps them from the errors that float32 has in points of any shape: a slab of 3e-6 at "
+    "coordinates of 1 is 50 of float32's steps thick.",
 )
 def slab_by_thickness(thickness: float) -> Case:
     """As slab by index, of index 1.5: at any thickness."""

@@ -1,5 +1,6 @@
 """`relume stability`: verdicts on data of known error, cells rendered, broken methods found."""
 
+import dataclasses
 import json
 
 import mitsuba as mi
@@ -11,6 +12,7 @@ import relume
 from relume import translator
 from relume.cli import main
 from relume.options import RenderOptions
+from relume.session import variant_context
 from relume.translator.outcomes import OUTCOMES
 from relume.workbench import stability, stability_page, stability_runs
 from relume.workbench.cells import Case, Cell, Family, all_cells
@@ -29,6 +31,9 @@ def measured(generator, *, mean=1.0, noise=0.05, runs=16, grey=True):
 @pytest.fixture
 def generator(chance):
     return chance.rng()
+
+
+SKY = "IMAGE\n320 240\nSAMPLING\n1\nSUPERSAMPLING\n1\nBACKGROUND\n0.2 0.4 0.6\n"
 
 
 # ---- verdicts
@@ -72,6 +77,38 @@ def test_one_bad_value_fails(value, share, text):
     assert found.verdict == "fails" and found.silent
     assert getattr(found, share) == pytest.approx(1 / 384)
     assert text in found.text()
+
+
+def define_negative():
+    """Register a path tracer of which one sample in a hundred is below 0."""
+
+    class Negative(mi.SamplingIntegrator):
+        def __init__(self, props):
+            super().__init__(props)
+            self.path = mi.load_dict({"type": "surfacepath"})
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            L, valid, values = self.path.sample(scene, sampler, ray, medium, active)
+            L[sampler.next_1d() < 0.01] = mi.Spectrum(-100)
+            return L, valid, values
+
+    mi.register_integrator("test_negative", Negative)
+
+
+def test_colours_of_one_wavelength_are_not_negative(chance):
+    """A sample of dispersive glass has one wavelength, a colour that RGB cannot hold; radiance
+    below 0 is found even there: of 16 x 256 such samples one in a hundred has it, each value of
+    three."""
+    (cell,) = stability.chosen(["surfacepath"], ["dispersive ball/1"])
+    document = translator.read_text(cell.family.make(1).scene, "ball.txt", {})
+    assert (relume.render(document, spp=1, seed=1) < 0).mean() > 0.1
+    row = dataclasses.replace(cell.family, make=lambda _: Case(document, 1.0, spp=1))
+    assert stability.measure(Cell(row, 1, "surfacepath"), chance.seed()).negative == 0
+    with variant_context("llvm_ad_spectral"):
+        define_negative()
+        broken = stability.measure(Cell(row, 1, "test_negative"), chance.seed())
+    assert broken.verdict == "fails" and broken.silent
+    assert broken.negative == pytest.approx(0.01, abs=0.005)
 
 
 def test_a_failure_that_is_said_is_not_silent():
@@ -197,10 +234,19 @@ def test_a_refused_scene_says_so():
         assert found.refused and said in found.said and not found.silent
 
 
+def test_what_the_language_forbids_is_refused(chance):
+    """An alpha of 0 is; a cell in which such a scene is rendered, or refused for another reason,
+    fails."""
+    (cell,) = stability.chosen(["ward"], ["ward brushed/0"])
+    found = stability.measure(cell, chance.seed())
+    assert found.verdict == "refused" and "alpha_y above 0" in found.said
+    for scene in (SKY, "IMAGE\n0 16\n"):
+        case = Case(scene, 0.4, forbidden="alpha_y above 0")
+        row = dataclasses.replace(cell.family, make=lambda _, case=case: case)
+        assert stability.measure(Cell(row, 0, "ward"), 0).verdict == "fails"
+
+
 # ---- a given scene
-
-
-SKY = "IMAGE\n320 240\nSAMPLING\n1\nSUPERSAMPLING\n1\nBACKGROUND\n0.2 0.4 0.6\n"
 
 
 @pytest.mark.parametrize(
@@ -274,7 +320,7 @@ def test_command(tmp_path):
     (cell,) = json.loads(result.stdout)["cells"]
     assert cell["method"] == "path" and cell["verdict"] == "exact"
     page = (out / "stability.md").read_text()
-    assert "| path | 1 | 1 | 0 | 0 | 0 |" in page and "convex body" in page
+    assert "| path | 1 | 1 | 0 | 0 | 0 | 0 |" in page and "convex body" in page
     assert (out / "stability.png").stat().st_size > 1000
 
 
@@ -292,16 +338,48 @@ def test_silent_failure_ends_with_status_4(monkeypatch):
     assert "path/grey ball/1: fails: +50 %" in result.stdout
 
 
+def page(cell, *measurements):
+    """The page of some measurements of a cell."""
+    found = [stability.report(cell, m) for m in measurements]
+    versions = {"mitsuba": "", "drjit": ""}
+    return stability_page.markdown({"cells": found, "command": "", "versions": versions}, "x.png")
+
+
+def section(text, heading):
+    """What stands below a heading of a page, to the next one; empty if there is no such heading."""
+    return text.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+
+
 def test_page_lists_what_is_not_exact():
     """A row for each such cell, with what says so."""
-    (cell,) = stability.chosen(["path"], ["grey ball/1"])
-    found = [
-        stability.report(cell, m)
-        for m in (Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far"))
-    ]
-    text = stability_page.markdown(
-        {"cells": found, "command": "", "versions": {"mitsuba": "", "drjit": ""}}, "x.png"
+    row = Family("grey ball", "", "", lambda _: None, (1,), ("path",), "Nobody knows.")
+    cell = Cell(row, 1, "path")
+    text = page(
+        cell, Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far")
     )
+    assert "- **grey ball**. Nobody knows." in section(text, "What is not exact")
     assert "| path | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
     assert "too \\| far" in text
-    assert "| path | 3 | 1 | 0 | 1 | 1 | 0.1 % |" in text
+    assert "| path | 3 | 1 | 0 | 0 | 1 | 1 | 0.1 % |" in text
+
+
+def test_page_keeps_mitsubas_integrators_and_refusals_apart():
+    """A reference is what Mitsuba's own render where one of this product does, too."""
+    (reference,) = stability.chosen(["path"], ["white room/0.99"])
+    (own,) = stability.chosen(["surfacepath"], ["white room/0.99"])
+    assert reference.is_reference and not own.is_reference
+    for cell, heading in (
+        (reference, "What Mitsuba's own integrators do there"),
+        (own, "What is not exact"),
+    ):
+        text = page(cell, Measurement(error=0.5))
+        assert f"| {cell.method} | white room | 0.99 | fails" in section(text, heading)
+        assert text.count("| white room | 0.99 |") == 1
+    text = page(own, Measurement(refused=True, forbidden=True, said="above 0"))
+    assert "| above 0 |" in section(text, "What the scene language forbids")
+    assert "| surfacepath | 1 | 0 | 1 | 0 | 0 | 0 | - |" in text
+
+
+def test_cells_of_media_for_mitsubas_alone_are_the_plans_own():
+    alone = Family("fog", "", "", lambda _: None, (1,), ("volpath", "volpathmis"))
+    assert not Cell(alone, 1, "volpath").is_reference

@@ -1,0 +1,222 @@
+"""Lamps behind refracting glass, of all sizes, against answers that trace no path of a camera."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import qmc
+
+from relume.workbench.cells.family import Case, family
+from relume.workbench.cells.glass import glass, schlick
+from relume.workbench.cells.scenes import diffuse, emission, sphere, text, uvplane
+
+BOTH_ENDS = ("surfacepath", "bdpt")
+SIZES = (1, 0.1, 0.01, 1e-3, 0)
+BLACK = diffuse(0)
+
+BALL, LAMP = 3.0, 8.0
+"""Heights of a glass ball of radius 1 and of the lamp's centre above the floor."""
+INDEX = 1.5
+POWER_OF_TWO = 19
+"""Of the number of rays of a quadrature."""
+
+
+def lamp(angle: float, height: float, distance: float) -> str:
+    """A lamp of intensity pi, that subtends an angle [rad] at a distance below it; 0 is a spot,
+    which shines into the half space below."""
+    if angle == 0:
+        spot = ("spot_light 1", "spot_light_dir 0 0 -1", "spot_light_angle 90 0")
+        return sphere((0, 0, height), 0.01, emission(1), *spot, *BLACK)
+    radius = distance * math.sin(angle / 2)
+    return sphere((0, 0, height), radius, emission(radius**-2), *BLACK)
+
+
+def quasi_random(dimensions: int) -> np.ndarray:
+    """Points of a Sobol sequence, (2^POWER_OF_TWO, dimensions)."""
+    return np.asarray(qmc.Sobol(dimensions, seed=0).random_base2(POWER_OF_TWO))
+
+
+def lamp_rays(points: np.ndarray, radius: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions from points (N, 3) to the lamp of intensity pi, uniform in the cone that it fills,
+    and their radiance times the cone's solid angle."""
+    axis = np.array([0, 0, LAMP]) - points
+    d = np.linalg.norm(axis, axis=1)
+    axis = axis / d[:, None]
+    cosine = np.sqrt(1 - (radius / d) ** 2)
+    versine = u[:, 0] * (radius / d) ** 2 / (1 + cosine)
+    sine, phi = np.sqrt(versine * (2 - versine)), 2 * np.pi * u[:, 1]
+    first = np.cross(axis, [1.0, 0.0, 0.0])
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    second = np.cross(axis, first)
+    across = np.cos(phi)[:, None] * first + np.sin(phi)[:, None] * second
+    # radiance 1 / radius², solid angle 2 pi (1 - cosine)
+    return (1 - versine)[:, None] * axis + sine[:, None] * across, 2 * np.pi / (d**2 * (1 + cosine))
+
+
+def on_the_square(p: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Which rays that go down from p along d meet the floor where |x| and |y| are below 1."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        hit = p - d * (p[:, 2:] / d[:, 2:])
+    return (d[:, 2] < 0) & (np.abs(hit[:, :2]) < 1).all(axis=1)
+
+
+def flux_through_the_ball(radius: float) -> float:
+    """Flux onto the square by way of the ball: all rays of the lamp that meet it, followed through
+    all reflections inside, at each of which Schlick's F is the same."""
+    u = quasi_random(4)
+    z, phi = 2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]
+    rho = np.sqrt(1 - z * z)
+    n = np.stack([rho * np.cos(phi), rho * np.sin(phi), z], axis=1)
+    centre = np.array([0, 0, BALL])
+    to_lamp, weight = lamp_rays(centre + n, radius, u[:, 2:])
+    cosine = (to_lamp * n).sum(axis=1)
+    weight = 4 * np.pi * weight * np.maximum(cosine, 0)
+    base = ((1 - INDEX) / (1 + INDEX)) ** 2
+    F = base + (1 - base) * (1 - np.maximum(cosine, 0)) ** 5
+    reflected = 2 * cosine[:, None] * n - to_lamp
+    total = weight * F * on_the_square(centre + n, reflected)
+    # Inside, each chord turns the point and the direction by the same angle.
+    cos_t = np.sqrt(1 - (1 - cosine**2) / INDEX**2)
+    inside = -to_lamp / INDEX + (cosine / INDEX - cos_t)[:, None] * n
+    share = weight * (1 - F) ** 2
+    for _ in range(20):
+        n = n + 2 * cos_t[:, None] * inside
+        out = INDEX * inside - (INDEX * cos_t - cosine)[:, None] * n
+        total += share * on_the_square(centre + n, out)
+        inside = inside - 2 * cos_t[:, None] * n
+        share = share * F
+    return float(total.mean())
+
+
+def flux_beside_the_ball(radius: float) -> float:
+    """Flux onto the square along rays that miss the ball."""
+    u = quasi_random(4)
+    p = np.stack([2 * u[:, 0] - 1, 2 * u[:, 1] - 1, 0 * u[:, 0]], axis=1)
+    d, weight = lamp_rays(p, radius, u[:, 2:])
+    to_centre = np.array([0, 0, BALL]) - p
+    missed = np.linalg.norm(np.cross(to_centre, d), axis=1) > 1
+    return 4 * float((weight * d[:, 2] * missed).mean())
+
+
+CHANCE = (
+    "A ray from the surface meets the lamp with the probability p = E / (pi L), which goes with "
+    "the square of its size: the deviation of N samples is 1 / sqrt(p N), and a lamp without size "
+    "is never met."
+)
+
+
+@family(
+    "angle that the lamp subtends [rad], 0 for a spot",
+    SIZES,
+    *BOTH_ENDS,
+    why=f"`surfacepath`: {CHANCE} At 0.01 rad p is about 1e-5: some 170 of the 1.7e7 samples of a "
+    "cell find the lamp, and none of a million at 0.001. `bdpt`: of the light of a lamp (1/5)² / 4 "
+    "meets the ball, one light path in a hundred, whatever its size; the noise does not grow.",
+)
+def caustic_by_lamp_size(angle: float) -> Case:
+    """A lamp of intensity pi above a glass ball throws a caustic on a floor of albedo rho = 1/100,
+    whose light is lost: the mean over a square is rho / pi times its share of the light over its
+    area, by quadrature over all rays from lamp to ball in double precision."""
+    radius = (LAMP - BALL) * math.sin(angle / 2)
+    flux = flux_through_the_ball(radius) + flux_beside_the_ball(radius)
+    floor = uvplane((-2, -2, 0), (4, 0, 0), (0, 4, 0), *diffuse(0.01))
+    ball = sphere((0, 0, BALL), 1, *glass(1, INDEX))
+    scene = text(floor, ball, lamp(angle, LAMP, LAMP - BALL), camera=(0, 0, 1), angle=90)
+    return Case(scene, 0.01 / math.pi * flux / 4, spp=256)
+
+
+def let_out(ratio: float) -> float:
+    """Share 1 - F of the light of a Lambertian sphere in the middle of a ball of glass that leaves
+    it; what is reflected meets the sphere again. `ratio` is the sine of the angle outside over that
+    at the sphere."""
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    s2, w = (nodes + 1) / 2, weights / 2  # by the square of the sine at the sphere
+    return float(np.dot(w, 1 - (1 - np.sqrt(1 - ratio**2 * s2)) ** 5))
+
+
+def bulb(index: float, radius: float) -> Case:
+    """A lamp in the middle of a glass ball of radius 0.3 in the middle of a round room.
+
+    Its wall gets E = pi L r² T / (1 - rho + rho (n r)² T) for the room's radius 1: what leaves the
+    lamp, 4 pi² r² L T, less what of the wall's radiance rho E / pi gets back to it, 4 pi (n r)² T
+    of it, is absorbed by the wall, 4 pi (1 - rho) E. All is alike on all sides."""
+    rho, L = 0.5, radius**-2
+    base = ((1 - index) / (1 + index)) ** 2
+    T = (1 - base) * let_out(index * radius / 0.3)
+    E = math.pi * L * radius**2 * T / (1 - rho + rho * (index * radius) ** 2 * T)
+    source = sphere((0, 0, 0), radius, emission(L), *BLACK)
+    ball = sphere((0, 0, 0), 0.3, *glass(1, index))
+    room = sphere((0, 0, 0), 1, *diffuse(rho))
+    scene = text(source, ball, room, camera=(0, 0, 0.5), target=(0, 0, 1), angle=60)
+    return Case(scene, rho * E / math.pi, spp=256)
+
+
+@family("index of the bulb", (1, 1.0001, 1.1, 1.33, 1.5), *BOTH_ENDS)
+def lamp_in_a_bulb(index: float) -> Case:
+    """A black lamp of radius r and radiance L = 1/r² in the middle of a ball of glass in the middle
+    of a room of radius 1 and albedo rho: E = pi L r² T / (1 - rho + rho (n r)² T), the share
+    T = <1 - F> over the lamp's directions, shows as rho E / pi."""
+    return bulb(index, 0.1)
+
+
+@family(
+    "radius of the lamp over that of the bulb",
+    (0.3, 0.1, 0.03, 0.01),
+    *BOTH_ENDS,
+    why=f"{CHANCE} Here p = (n r)² T, 2e-3 to 2e-5 from 0.1 to 0.01; each finding counts once, the "
+    "reflections of the room with it.",
+)
+def small_lamp_in_a_bulb(ratio: float) -> Case:
+    """As lamp in a bulb, of index 1.5."""
+    return bulb(1.5, 0.3 * ratio)
+
+
+WATER, DEPTH, HEIGHT = 4 / 3, 1.0, 4.0
+
+
+def lit_through_water(angle: float) -> float:
+    """Irradiance of the ground right below a lamp of intensity pi: pi L times the mean of 1 - F
+    over the square of the sine in air, up to that of the ray that touches the lamp."""
+    base = ((1 - WATER) / (1 + WATER)) ** 2
+    if angle == 0:
+        return math.pi * (1 - base) / (HEIGHT + DEPTH / WATER) ** 2
+    radius = HEIGHT * math.sin(angle / 2)
+
+    def beyond(sine: float) -> float:
+        """How far the ray passes the lamp's surface."""
+        in_water = sine / WATER
+        out = DEPTH * in_water / math.sqrt(1 - in_water**2)
+        return out * math.sqrt(1 - sine**2) + HEIGHT * sine - radius
+
+    largest = brentq(beyond, 0, 1, xtol=1e-15)
+    nodes, weights = np.polynomial.legendre.leggauss(32)
+    cos = np.sqrt(1 - largest**2 * (nodes + 1) / 2)
+    mean = float(np.dot(weights / 2, 1 - (base + (1 - base) * (1 - cos) ** 5)))
+    return math.pi * (largest / radius) ** 2 * mean
+
+
+@family(
+    "angle that the lamp subtends [rad], 0 for a spot",
+    SIZES,
+    *BOTH_ENDS,
+    why=f"The ground is between two refractions, which have one direction each: no vertex of the "
+    f"path can be connected with the camera, the lamp or another, and of all ways of `bdpt` only "
+    f"to meet the lamp is left, as for `surfacepath`. {CHANCE} Merging vertices would find it.",
+)
+def pool(angle: float) -> Case:
+    """Ground of albedo rho = 1e-4 in water, right below a lamp of intensity pi, from above: with E
+    by the rays from it to the lamp, refracted and less F, rho E / pi (1 - F) / n² is seen."""
+    albedo, sine = 1e-4, 0.8  # of the line of sight in air
+    under = sine / WATER
+    at = DEPTH * under / math.sqrt(1 - under**2)
+    back = 2.0
+    eye = (at + back * sine, 0, back * math.sqrt(1 - sine**2))
+    water = uvplane((-50, -50, 0), (100, 0, 0), (0, 100, 0), *glass(1, WATER))
+    ground = uvplane((-50, -50, -DEPTH), (100, 0, 0), (0, 100, 0), *diffuse(albedo))
+    scene = text(water, ground, lamp(angle, HEIGHT, HEIGHT), camera=eye, target=(at, 0, 0),
+                 up=(0, 0, 1), angle=0.1)  # fmt: skip
+    F = schlick(WATER, math.degrees(math.asin(sine)))
+    expected = albedo / math.pi * lit_through_water(angle) * (1 - F) / WATER**2
+    return Case(scene, expected, spp=256)
