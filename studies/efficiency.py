@@ -50,8 +50,11 @@ METHODS = {
     "bdpt": ("bdpt", "owen"),
     "pssmlt": ("pssmlt", "owen"),
     "erpt": ("erpt", "owen"),
+    "pssmlt-bdpt": ("pssmlt", "owen"),
+    "erpt-bdpt": ("erpt", "owen"),
 }
-"""Integrator and sampler of each method; None for Mitsuba's own render. Another one is a row."""
+"""Integrator and sampler of each method; None for Mitsuba's own render. Another one is a row: chains
+whose names end so take their paths from `bdpt`."""
 
 SIZE, RUNS, CHOICES = (80, 60), 8, 10
 SECONDS = 1.0
@@ -72,7 +75,8 @@ def document_of(path):
 def render(scene, planned, method, spp, seed):
     """A picture by a method: (height, width, 3) float64."""
     kind, sampler = METHODS[method]
-    integrator = load_integrator(kind, planned)
+    paths = planned | {"type": "bdpt"} if method.endswith("-bdpt") else planned
+    integrator = load_integrator(kind, paths)
     if sampler is None:
         return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), float)[..., :3]
     session = Session(scene, spp, seed, integrator, sampler=sampler)
