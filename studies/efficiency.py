@@ -53,8 +53,8 @@ METHODS = {
     "pssmlt-bdpt": ("pssmlt", "owen"),
     "erpt-bdpt": ("erpt", "owen"),
 }
-"""Integrator and sampler of each method; None for Mitsuba's own render. Another one is a row: chains
-whose names end so take their paths from `bdpt`."""
+"""Integrator and sampler of each method; None for Mitsuba's own render. Another one is a row.
+Chains whose names end in `-bdpt` take their paths from it."""
 
 SIZE, RUNS, CHOICES = (80, 60), 8, 10
 SECONDS = 1.0
