@@ -77,7 +77,7 @@ def test_ways_are_drawn_with_their_probability(at):
 
 def test_no_way_of_probability_0_is_drawn(at):
     """At level -2 nothing is refracted from the front, even by the last number below 1, which
-    rounding took to 1 at about one angle in three: a weight without end."""
+    rounding took to 1 at about one angle in ten: a weight without end."""
     bsdf, ctx = mi.load_dict(MATERIAL | {"level": -2}), mi.BSDFContext()
     ctx.type_mask |= SUBSURFACE
     cos = np.linspace(0.01, 1, 1000)
