@@ -31,7 +31,8 @@ def phase(medium: SubsurfaceMedium, before: mi.Vector3f, after: mi.Vector3f) -> 
 
     Args:
         medium: `SubsurfaceMedium`.
-        before, after: directions of travel.
+        before: direction of travel before.
+        after: direction of travel after.
     """
     g = clamped(medium.g)
     # 1 - |cos|, free of cancellation.

@@ -236,6 +236,31 @@ def test_several_objects(text, integrator, codes):
     assert (found.plan.integrator, told(found)) == (integrator, codes)
 
 
+@pytest.mark.parametrize(
+    ("lines", "another", "integrator", "codes"),
+    [
+        ("", "", "dipole", ["dipole-off"]),
+        ("scale 80 80 80\n", "", "dipole", ["dipole-fits"]),
+        ("level\n-2\n", "", "dipole", []),
+        ("BSSRDF\n0\n", "", "randomwalk", []),
+        ("", thing(), "randomwalk", ["simulated-far-off"] * 2),
+        ("scale 80 80 80\n", thing(), "randomwalk",
+         ["simulated-with-another", "simulated-far-off"]),
+    ],
+)  # fmt: skip
+def test_materials_of_mesh_files(folder, lines, another, integrator, codes):
+    """The notes on a material that scatters by its code stand at the object's line; it is left to
+    the dipole unless another object needs the simulation."""
+    obj = (folder / "cube.obj").read_text()
+    (folder / "cube.obj").write_text("mtllib wax.mtl\nusemtl wax\n" + obj)
+    (folder / "wax.mtl").write_text("newmtl wax\nKd 1 1 1\nKs 1 1 1\nNi 1.3\n#REFLECTION 6\n")
+    text = f"OBJECT\nobjfile cube.obj\nMATERIAL_SYMBOL\nMarble\n{lines}\n"
+    found = translate(read_text(text + another, environ={}), asset_path=[folder])
+    assert (found.plan.integrator, told(found)) == (integrator, codes)
+    old = translate(read_text(text + another, environ={}), "prender", [folder])
+    assert told(old) == []
+
+
 def test_who_asks_for_the_dipole_has_it():
     """`level` -2, an environment variable, and the dialect of the program's pictures."""
     found = translate(read_text(thing(lines="level\n-2\n"), environ={}))
