@@ -252,7 +252,9 @@ def define() -> type[mi.BSDF]:
             front = si.wi.z > 0
             p, share = self.shares(si, F, active) if subsurface else (F, mi.Float(1))
             p, share = dr.detach(p), dr.detach(share)
-            u = (sample1 - p) / dr.maximum(1 - p, 1e-6)  # again uniform, where not mirrored
+            # Again uniform, where not mirrored; rounded to 1 it would take a way of probability 0.
+            u = (sample1 - p) / dr.maximum(1 - p, 1e-6)
+            u = dr.minimum(u, dr.one_minus_epsilon(mi.Float))
             mirrored = sample1 < p
             diffused = ~mirrored & front & (u < share)
             refracted = ~mirrored & ~diffused

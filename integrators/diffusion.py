@@ -84,7 +84,8 @@ def sample_channel(weights: mi.Spectrum, sample: mi.Float) -> tuple[mi.UInt32, m
     """Draw a channel in proportion to `weights`, a spectrum.
 
     Returns:
-        (index, probability of each channel); all are equally likely where the weights are 0.
+        (index, probability of each channel); all are equally likely where the weights are 0. A
+        channel of probability 0 is never drawn, however the sums are rounded.
     """
     weights = dr.detach(weights)
     total = dr.sum(weights)
@@ -92,7 +93,7 @@ def sample_channel(weights: mi.Spectrum, sample: mi.Float) -> tuple[mi.UInt32, m
     channel, bound = mi.UInt32(0), mi.Float(0)
     for i in range(len(weights) - 1):
         bound += p[i]
-        channel[sample >= bound] = i + 1
+        channel[(sample >= bound) & (p[i + 1] > 0)] = i + 1
     return channel, p
 
 

@@ -33,6 +33,9 @@ MOST_EQUIANGULAR = 0.75
 DARK = 16.0
 """Mean free paths of the channel that is seen farthest after which no light is looked for."""
 
+THIN = 1e-3
+"""Mean free paths on the way up to which the exponential law is taken for an even one."""
+
 
 @dataclass
 class Flight:
@@ -132,7 +135,8 @@ class Stretch:
         reused = (sample1 - self.α) / (1 - self.α)
         sigma = chosen(q, sigma_t, reused)
         way = self.t1 - self.t0
-        t = self.t0 - dr.log(1 - sample2 * (1 - dr.exp(-sigma * way))) / sigma
+        drop = -dr.log(1 - sample2 * (1 - dr.exp(-sigma * way)))
+        t = self.t0 + dr.select(is_even(sigma, way), sample2 * way, drop / sigma)
         a, b = self.angles()
         turned = dr.fma(self.D, dr.tan(dr.fma(sample2, b - a, a)), self.δ)
         t = dr.clip(dr.select(angular, turned, t), self.t0, self.t1)
@@ -142,8 +146,12 @@ class Stretch:
 def truncated(q: mi.Spectrum, sigma_t: mi.Spectrum, t: mi.Float, T: mi.Float) -> mi.Float:
     """Density of the mixture of the channels' exponential laws within [0, T] [1/scene unit]."""
     law = sigma_t * dr.exp(-sigma_t * t) / (1 - dr.exp(-sigma_t * T))
-    # Where nothing is met on the way the law is an even one.
-    return dr.sum(q * dr.select(sigma_t * T > 1e-3, law, dr.rcp(T)))
+    return dr.sum(q * dr.select(is_even(sigma_t, T), dr.rcp(T), law))
+
+
+def is_even(sigma_t: Any, T: mi.Float) -> Any:
+    """Whether so little is met on the way that the law is taken for an even one, free of 0/0."""
+    return sigma_t * T <= THIN
 
 
 class Lamps:

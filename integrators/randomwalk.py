@@ -345,7 +345,8 @@ def define() -> type[mi.SamplingIntegrator]:
             media, anchor, sigma_t = around.media, path.anchor, inner.sigma_t
             q = mixture(walk.β)
             sigma = chosen(q, sigma_t, sampler.next_1d()) if media.chromatic else sigma_t[0]
-            drawn = -dr.log(1 - sampler.next_1d()) / sigma
+            # Of a channel that meets nothing, not 0/0.
+            drawn = dr.select(sigma > 0, -dr.log(1 - sampler.next_1d()) / sigma, FAR)
             s = dr.select(walk.left > 0, walk.left, drawn)
             # Where nothing scatters, all goes straight on to a surface.
             straight = dr.max(inner.albedo) == 0

@@ -8,6 +8,7 @@ import mitsuba as mi
 from relume.bsdfs.subsurface import SubsurfaceMedium
 from relume.integrators.diffusion import component, fresnel_transmission, sample_channel
 from relume.phasefunctions.henyeygreenstein import henyey_greenstein, sample_henyey_greenstein
+from relume.phasefunctions.hgrgb import toward
 
 MAX_G = 0.999
 """Largest magnitude of g in the phase function: beyond, its peak exceeds what float32 resolves."""
@@ -25,21 +26,27 @@ def clamped(g: mi.Spectrum) -> mi.Spectrum:
     return dr.clip(g, -MAX_G, MAX_G)
 
 
-def phase(medium: SubsurfaceMedium, cos: mi.Float) -> mi.Spectrum:
+def phase(medium: SubsurfaceMedium, before: mi.Vector3f, after: mi.Vector3f) -> mi.Spectrum:
     """Return Henyey and Greenstein's phase function per channel [1/sr].
 
     Args:
         medium: `SubsurfaceMedium`.
-        cos: cosine between the directions of travel before and after.
+        before: direction of travel before.
+        after: direction of travel after.
     """
     g = clamped(medium.g)
-    return mi.Spectrum(henyey_greenstein(g, 1 - dr.mulsign(mi.Spectrum(cos), g)))
+    # 1 - |cos|, free of cancellation.
+    ahead, back = 0.5 * dr.squared_norm(after - before), 0.5 * dr.squared_norm(after + before)
+    x = dr.select(g >= 0, mi.Spectrum(ahead), mi.Spectrum(back))
+    return mi.Spectrum(henyey_greenstein(g, x))
 
 
-def phase_mixture(medium: SubsurfaceMedium, throughput: mi.Spectrum, cos: mi.Float) -> mi.Float:
-    """Return the density of `sample_phase` [1/sr], at the cosine of its two directions."""
+def phase_mixture(
+    medium: SubsurfaceMedium, throughput: mi.Spectrum, before: mi.Vector3f, after: mi.Vector3f
+) -> mi.Float:
+    """Return the density of `sample_phase` [1/sr], at its two directions."""
     _, p = sample_channel(throughput, mi.Float(0))
-    return dr.sum(p * dr.detach(phase(medium, cos)))
+    return dr.sum(p * dr.detach(phase(medium, before, after)))
 
 
 def sample_phase(
@@ -60,10 +67,11 @@ def sample_phase(
     """
     channel, _ = sample_channel(throughput, sample1)
     g = component(dr.detach(clamped(medium.g)), channel)
-    cos = dr.mulsign(1 - sample_henyey_greenstein(g, sample2.x), g)
+    x = sample_henyey_greenstein(g, sample2.x)
     sin_phi, cos_phi = dr.sincos(dr.two_pi * sample2.y)
-    sin = dr.safe_sqrt(1 - cos * cos)
-    return mi.Frame3f(d).to_world(mi.Vector3f(sin * cos_phi, sin * sin_phi, cos))
+    sin = dr.safe_sqrt(x * (2 - x))
+    local = mi.Vector3f(sin * cos_phi, sin * sin_phi, 1 - x)
+    return mi.Frame3f(toward(-d, g)).to_world(local)
 
 
 def sample_distance(
@@ -112,5 +120,5 @@ def leave_straight(
     ratio = cos / dr.maximum(cos_t, 1e-6)
     t = dr.select(dr.isfinite(si.t), si.t, 0)  # 0 times infinity is a NaN gradient
     T = dr.exp(-(medium.sigma_s + medium.sigma_a) * t * ratio)
-    value = medium.tint * phase(medium, dr.dot(bent, before)) * T * (F_t * ratio)
+    value = medium.tint * phase(medium, before, bent) * T * (F_t * ratio)
     return dr.select(cos > 0, value, 0)

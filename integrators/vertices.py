@@ -148,14 +148,13 @@ def at_scattering(
         sample2: ``mi.Point2f``, uniform variates for the direction.
     """
     w = sample_phase(medium, throughput, before, sample1, sample2)
-    cos = dr.dot(w, before)
-    pdf_w = phase_mixture(medium, throughput, cos)
+    pdf_w = phase_mixture(medium, throughput, before, w)
     return Vertex(
         f=arrives,
-        pdf=phase_mixture(medium, throughput, dr.dot(d, before)),
+        pdf=phase_mixture(medium, throughput, before, d),
         w=w,
         pdf_w=pdf_w,
-        weight=phase(medium, cos) / pdf_w,
+        weight=phase(medium, before, w) / pdf_w,
         eta=mi.Float(1),
         sampled_type=mi.UInt32(0),
     )
@@ -199,7 +198,7 @@ def through_medium(
     scatters, distance, weight = sample_distance(medium, throughput, far, sample)
     # Of the way from the last scattering the weight so far is that of the phase function.
     leaves = leave_straight(medium, si, ray.d, interior.before)
-    leaves /= phase(medium, dr.dot(ray.d, interior.before))
+    leaves /= phase(medium, interior.before, ray.d)
     leaves = dr.select(valid & met.is_same(interior.boundary), leaves, 0)
     weight = dr.select(inside, weight, dr.select(crossing, leaves, 1))
     return scatters & inside, distance, weight

@@ -157,10 +157,10 @@ def mixture(weights: mi.Spectrum) -> mi.Spectrum:
 
 
 def chosen(q: mi.Spectrum, values: mi.Spectrum, sample: mi.Float) -> mi.Float:
-    """The value of a channel that is drawn with the probabilities q."""
+    """The value of a channel that is drawn with the probabilities q, never of one with 0."""
     value, below = values[0], q[0]
     for k in range(1, len(q)):
-        value = dr.select(sample >= below, values[k], value)
+        value = dr.select((sample >= below) & (q[k] > 0), values[k], value)
         below = below + q[k]
     return value
 

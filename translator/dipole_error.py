@@ -225,6 +225,19 @@ def error_of(block: SceneObject, radius: float) -> DipoleError | None:
     return None if block.level == -2 else dipole_error(*interior_medium(block), radius)
 
 
+def error_of_materials(blocks: Sequence[SceneObject], meshes: Sequence[Mesh]) -> DipoleError | None:
+    """The largest error of the dipole in a mesh whose file has materials that scatter, or None.
+
+    Args:
+        blocks: the object with the attributes of each of these materials.
+        meshes: what is made of them.
+    """
+    radius = mesh_radius(meshes)
+    errors = [error_of(block, radius) for block in blocks]
+    known = [error for error in errors if error is not None]
+    return max(known, key=lambda error: abs(error.error), default=None)
+
+
 def obstacle(document: Document, errors: Mapping[int, DipoleError]) -> str | None:
     """Code of the reason why objects without a word on it are simulated; None if they are not.
 
@@ -248,16 +261,16 @@ def tell_method(block: SceneObject, code: str | None, error: DipoleError | None)
         error: of the dipole there, or None where it is not known.
     """
     lines = block.lines
+    # Materials of mesh files scatter without a line of the object that says so.
+    place = "subsurface" if lines.is_set("subsurface") else ""
     if code == FAR_OFF:
         if error is not None and error.is_avoided:
-            lines.remark(
-                "subsurface", "simulated-far-off", percent=error.percent, where=error.where
-            )
+            lines.remark(place, "simulated-far-off", percent=error.percent, where=error.where)
             return
         code = "simulated-with-another"
     if code is not None:
-        lines.becomes("subsurface", code)
+        lines.becomes(place, code)
     elif error is not None and error.is_small:
-        lines.remark("subsurface", "dipole-fits", percent=error.percent, where=error.where)
+        lines.remark(place, "dipole-fits", percent=error.percent, where=error.where)
     elif error is not None:
-        lines.becomes("subsurface", "dipole-off", percent=error.percent, where=error.where)
+        lines.becomes(place, "dipole-off", percent=error.percent, where=error.where)

@@ -21,7 +21,7 @@ from relume.translator.accretion_disks import accretion_disk
 from relume.translator.assets import Find, existing
 from relume.translator.bumps import bumped
 from relume.translator.diagnostics import Problem, SceneError
-from relume.translator.dipole_error import DipoleError, tell_method
+from relume.translator.dipole_error import DipoleError, error_of_materials, tell_method
 from relume.translator.document import Document
 from relume.translator.enclosures import INSIDE, Enclosure, diameter, winding_number
 from relume.translator.file_problems import picture_problem
@@ -189,8 +189,15 @@ def mesh_object(scene: PlacedScene, name: str, index: int, block: SceneObject) -
     assert isinstance(block.shape, MeshFile)
     path = existing(scene.find, block.shape.file)
     parts = scene.meshes.parts(block, path, scene.geometry.matrices[index])
-    bounds = [part.entry["mesh"] for part in parts if part.block.reflection.subsurface]
+    scattering = [part for part in parts if part.block.reflection.subsurface]
+    bounds = [part.entry["mesh"] for part in scattering]
     media.report_open_meshes(block, bounds)
+    # Materials of the file are known too late for the plan, which leaves them to the dipole.
+    late = scene.dialect == "manual" and not block.reflection.subsurface
+    if late and scattering and media.uses_dipole(block):
+        error = error_of_materials([part.block for part in scattering], bounds)
+        if error is not None:
+            scene = replace(scene, dipole_errors={**scene.dipole_errors, index: error})
     found = Contents.of_all(mesh_part(scene, name + part.name, index, part) for part in parts)
     meshes = [p.entry["mesh"] for p in parts if p.block.reflection.lets_pass and "mesh" in p.entry]
     if not meshes or winding_number(meshes, scene.geometry.camera) < INSIDE:

@@ -75,6 +75,18 @@ def test_ways_are_drawn_with_their_probability(at):
         assert np.mean(way == k) == pytest.approx(pdf[way == k].mean(), abs=3e-5)
 
 
+def test_no_way_of_probability_0_is_drawn(at):
+    """At level -2 nothing is refracted from the front, even by the last number below 1, which
+    rounding took to 1 at about one angle in ten: a weight without end."""
+    bsdf, ctx = mi.load_dict(MATERIAL | {"level": -2}), mi.BSDFContext()
+    ctx.type_mask |= SUBSURFACE
+    cos = np.linspace(0.01, 1, 1000)
+    si = at(np.stack([np.sqrt(1 - cos * cos), 0 * cos, cos], axis=1))
+    bs, weight = bsdf.sample(ctx, si, mi.Float(1 - 2**-24), mi.Point2f(0.3, 0.6))
+    assert set(np.array(bs.sampled_component)) == {1}
+    assert np.isfinite(np.array(weight)).all()
+
+
 @pytest.mark.parametrize("mask", [0, SUBSURFACE])
 @pytest.mark.parametrize("eta", [0.7, 1.0, 1.3, 3.0])
 def test_is_valid_everywhere(mask, eta, at, assert_valid):

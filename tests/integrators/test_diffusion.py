@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from relume.bsdfs.subsurface import SubsurfaceMedium
-from relume.integrators.diffusion import PROFILES, radius_of_tail, tail
+from relume.integrators.diffusion import PROFILES, radius_of_tail, sample_channel, tail
 from tests.integrators.translucent_scenes import boundary, hemispherical
 
 
@@ -24,6 +24,23 @@ def test_radius_inverts_the_tail():
             r = radius_of_tail(mi.Float(z), mi.Float(k / z), mi.Float(share))
             back = np.array(tail(mi.Float(z), mi.Float(k / z), r))
             np.testing.assert_allclose(back, share, rtol=1e-4 if k > 1 else 2e-5)
+
+
+@pytest.mark.parametrize("empty", range(3))
+def test_no_channel_of_probability_0_is_drawn(empty):
+    """By no number in [0, 1), however the sums of probabilities are rounded: the last was, by
+    the last number below 1, for one spectrum in six. The others are drawn as often as they are
+    to be."""
+    weights = np.random.default_rng(1).random((3, 10_000)).astype(np.float32)
+    weights[empty] = 0
+    for u in (0.0, 0.5, 1 - 2.0**-24):
+        channel, p = sample_channel(mi.Spectrum(weights), mi.Float(u))
+        assert not (np.array(channel) == empty).any()
+        below = np.cumsum(np.array(p, float), axis=0)
+        np.testing.assert_array_equal(np.array(p)[empty], 0)
+        if u == 0.5:
+            expected = np.sum(below <= u, axis=0)
+            assert np.mean(np.array(channel) == expected) > 0.999
 
 
 @pytest.mark.false_alarms(1e-3)

@@ -13,6 +13,7 @@ from relume import (
     phasefunctions,  # noqa: F401
 )
 from relume.integrators.boundaries import distances
+from relume.integrators.walkmedia import chosen, mixture
 from relume.workbench.cells.volumes import scattered_back
 
 
@@ -116,6 +117,36 @@ def test_what_is_not_scattered_is_beers_law(chance, level):
     made = scene(fov=0.2, depth=1, sky=SKY, body=body("sphere", NULL, medium(0.5, sigma_t)))
     pictures = chance.runs(made, 1024).mean(axis=(1, 2))
     chance.equal(level(pictures), np.exp(-2 * sigma_t), allowed=1e-3, precision=0.006)
+
+
+@pytest.mark.parametrize("u", [0.0, 1 - 2.0**-24])
+def test_flights_at_the_ends_of_the_variates(u):
+    """A channel that meets nothing goes all the way, also by a variate of 0, of which it made
+    0/0: of the mixture of three flights as many come through as T over the mean T."""
+    sigma_t = np.array([0.0, 0.2, 0.6] if u == 0 else [0.6, 0.2, 0.0])
+    made = scene(depth=1, sky=SKY, body=body("sphere", NULL, medium(0.5, sigma_t)))
+
+    class Constant(mi.Sampler):
+        def next_1d(self, active=True):
+            return mi.Float(u)
+
+        def next_2d(self, active=True):
+            return mi.Point2f(u)
+
+    ray = mi.Ray3f([0, 0, 9], [0, 0, -1])
+    L, _, _ = made.integrator().sample(made, Constant(mi.Properties()), ray)
+    T = np.exp(-2 * sigma_t)
+    np.testing.assert_allclose(np.array(L).ravel(), T / T.mean(), rtol=1e-5)
+
+
+@pytest.mark.parametrize("empty", range(3))
+def test_no_channel_of_probability_0_is_chosen(empty):
+    """By no number in [0, 1), however the sums of probabilities are rounded."""
+    weights = np.random.default_rng(1).random((3, 10_000)).astype(np.float32)
+    weights[empty] = 0
+    for u in (0.0, 0.5, 1 - 2.0**-24):
+        found = chosen(mixture(mi.Spectrum(weights)), mi.Spectrum(0, 1, 2), mi.Float(u))
+        assert not (np.array(found) == empty).any()
 
 
 # ------------------------------ dense media ------------------------------

@@ -14,7 +14,7 @@ from relume.translator.dipole_error import (
     ETAS,
     LIGHT,
     RADII,
-    THIN,
+    DipoleError,
     ball_radius,
     dipole_error,
     mesh_radius,
@@ -146,6 +146,28 @@ def test_radii_of_meshes():
 
 # ---------------------------------- the plan ----------------------------------
 
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("error", "radius", "mean_radius", "scatterings", "small", "avoided"),
+    [
+        (0.0995, 9, 9, 1, True, False),
+        (0.1005, 9, 9, 1, False, True),
+        (0.0, 9, 2.99, 1, True, True),
+        (0.0, 2, 3.01, 1, True, False),
+        (0.5, 9, 9, 199, False, True),
+        (0.5, 9, 9, 201, False, False),
+        (0.0, 1, 1, 201, True, False),
+        (0.5, np.inf, np.inf, 1, False, False),
+    ],
+)
+def test_the_rule(error, radius, mean_radius, scatterings, small, avoided, sign):
+    """10 % in the worst channel, 3 mean free paths in the mean of them, 200 scatterings; no walks
+    where there is no inside."""
+    found = DipoleError(sign * error, radius, mean_radius, scatterings)
+    assert (found.is_small, found.is_avoided) == (small, avoided)
+
+
 SIMULATED, FITS, OFF = ("randomwalk", "simulated-far-off"), ("dipole", "dipole-fits"), (
     "dipole", "dipole-off",
 )  # fmt: skip
@@ -203,6 +225,7 @@ def test_which_way(folder, name):
          ["simulated-with-another", "simulated-far-off"]),
         (thing() + thing(shape="sphere 99 0 0 40", lines="BSSRDF\n1\n"), "dipole",
          ["dipole-off", "dipole-fits"]),
+        (thing() + thing(shape="sphere 9 0 0 1", lines="level\n-2\n"), "dipole", ["dipole-off"]),
         (thing() + thing(shape="sphere 9 0 0 1", lines="BSSRDF\n0\n"), "randomwalk",
          ["simulated-with-another"]),
     ],
@@ -211,6 +234,31 @@ def test_several_objects(text, integrator, codes):
     """One integrator renders all: a line that asks decides, then the object that needs it."""
     found = translate(read_text(text, environ={}))
     assert (found.plan.integrator, told(found)) == (integrator, codes)
+
+
+@pytest.mark.parametrize(
+    ("lines", "another", "integrator", "codes"),
+    [
+        ("", "", "dipole", ["dipole-off"]),
+        ("scale 80 80 80\n", "", "dipole", ["dipole-fits"]),
+        ("level\n-2\n", "", "dipole", []),
+        ("BSSRDF\n0\n", "", "randomwalk", []),
+        ("", thing(), "randomwalk", ["simulated-far-off"] * 2),
+        ("scale 80 80 80\n", thing(), "randomwalk",
+         ["simulated-with-another", "simulated-far-off"]),
+    ],
+)  # fmt: skip
+def test_materials_of_mesh_files(folder, lines, another, integrator, codes):
+    """The notes on a material that scatters by its code stand at the object's line; it is left to
+    the dipole unless another object needs the simulation."""
+    obj = (folder / "cube.obj").read_text()
+    (folder / "cube.obj").write_text("mtllib wax.mtl\nusemtl wax\n" + obj)
+    (folder / "wax.mtl").write_text("newmtl wax\nKd 1 1 1\nKs 1 1 1\nNi 1.3\n#REFLECTION 6\n")
+    text = f"OBJECT\nobjfile cube.obj\nMATERIAL_SYMBOL\nMarble\n{lines}\n"
+    found = translate(read_text(text + another, environ={}), asset_path=[folder])
+    assert (found.plan.integrator, told(found)) == (integrator, codes)
+    old = translate(read_text(text + another, environ={}), "prender", [folder])
+    assert told(old) == []
 
 
 def test_who_asks_for_the_dipole_has_it():
@@ -243,4 +291,3 @@ def test_notes_have_figures():
     percent = round(100 * (1 - LIGHT[1, 2, 5]))
     text = f"the dipole would be {percent} % too dark in a body of 3 mean free paths"
     assert any(text in line.note for line in found.document.lines.all)
-    assert THIN == 3
