@@ -144,7 +144,7 @@ def font_file(characters: Collection[int]) -> str:
     """File of the charts' font, or where that lacks characters, of an installed one with most."""
     from matplotlib import font_manager
 
-    charts = font_manager.findfont(font_manager.FontProperties(family="DejaVu Sans"))
+    charts = str(font_manager.findfont(font_manager.FontProperties(family="DejaVu Sans")))
     if not (best := _lacking(charts, characters)):
         return charts
     found = charts
