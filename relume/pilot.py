@@ -36,6 +36,9 @@ COST = {"surfacepath": 1.0, "bdpt": 2.2}
 SAMPLES = {"surfacepath": 16, "bdpt": 8}
 """Samples of a pixel in each part of a pilot: parts of all candidates take about as long."""
 
+BOTH_ENDS = ("bdpt", "bdpt-merging")
+"""Integrators that find the light of lamps without size behind glass."""
+
 PARTS = 4
 """Independent parts of a pilot."""
 
@@ -93,7 +96,7 @@ def choice(
     """
     plan = translation.plan
     if options.integrator or plan.candidates == (plan.integrator,):
-        path = options.integrator not in (None, "bdpt")
+        path = options.integrator not in (None, *BOTH_ENDS)
         return Choice(translation.path_traced() if path else translation, options)
     variant = usable_variant(plan, options.variant)
     if "scalar" in variant or "polarized" in variant:

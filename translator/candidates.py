@@ -19,7 +19,10 @@ POINT_LIKE = ("falloffspot", "parallelbeam", "directional", "domesun")
 SKIES = ("constant", "envmap", "ibldome")
 """Plugin ids of light from all around."""
 
-FOUND_FROM_LAMPS = "lamps without size beside glass or mirrors: only paths from them find all light"
+FOUND_FROM_LAMPS = (
+    "lamps without size beside glass or mirrors: only paths from them find their caustics; "
+    "bdpt-merging also those seen in mirrors or through glass"
+)
 SKY_ALONE = "the sky alone lights the scene: paths from it seldom meet what the camera sees"
 NO_LAMP = "nothing shines"
 COMPARED = "a pilot compares variance times cost, if the render is long enough to pay for it"

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import mitsuba as mi
 
 from relume import translator
-from relume.loading import Source, for_variant, integrator_entry, load_scene
+from relume.loading import MERGING, Source, for_variant, integrator_entry, load_scene
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
@@ -50,7 +50,7 @@ class Method:
         chains: dictionary of a Metropolis integrator, which takes its paths from all of these; None
             for plain sampling, whatever the plan has.
         charted: whether charts show it without being asked: not where it differs from another row
-            in the shape of small steps alone.
+            in the shape of small steps alone, or finds more than that one in few scenes.
     """
 
     name: str
@@ -223,6 +223,13 @@ METHODS = (
     Method("curvedspace", as_planned, obstacle=with_holes),
     Method("surfacepath", tracer("surfacepath"), obstacle=without_medium),
     Method("bdpt", tracer("bdpt"), obstacle=without_wrapping),
+    Method(
+        "bdpt-merging",
+        tracer("bdpt", **MERGING),
+        unbiased=False,
+        obstacle=without_wrapping,
+        charted=False,
+    ),
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),

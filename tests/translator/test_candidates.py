@@ -32,7 +32,7 @@ SCENES = {
     "the sky alone": (SKY + FLOOR + GLASS, ("surfacepath",)),
     "nothing shines": (FLOOR + GLASS, ("surfacepath",)),
     "a response": (RESPONSE + FLOOR + SPOT + GLASS, ("samplescale",)),
-    "fog": (FOG + FLOOR + LAMP, ("volpath",)),
+    "fog": (FOG + FLOOR + LAMP, ("randomwalk",)),
     "chains": (CHAINS + FLOOR + LAMP, ("pssmlt",)),
 }
 

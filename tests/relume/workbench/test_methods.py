@@ -34,6 +34,7 @@ MILK = (
 PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
+BOTH = ["surfacepath", "bdpt", "bdpt-merging"]
 CHAINS = ["pssmlt", "pssmlt-kelemen", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
 SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], "erpt-bdpt"]
 """Also those that leave direct light out, which not every path tracer can, or trace from lamps."""
@@ -44,18 +45,16 @@ def names(stage):
 
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
-    assert names(staged()) == ["surfacepath", "bdpt", "path", "volpath", *SURFACE_CHAINS]
+    assert names(staged()) == [*BOTH, "path", "volpath", *SURFACE_CHAINS]
     assert names(staged(objects=GLASS_BALL)) == [
-        "surfacepath",
-        "bdpt",
+        *BOTH,
         "path",
         "volpath",
         "dielectric",
         *SURFACE_CHAINS,
     ]
     assert names(staged(objects=PRISM)) == [
-        "surfacepath",
-        "bdpt",
+        *BOTH,
         "path",
         "volpath",
         *SURFACE_CHAINS,
