@@ -218,6 +218,10 @@ def define() -> type[mi.AdjointIntegrator]:
             }
 
         def render(self, scene, sensor=0, seed=0, spp=0, develop=True, evaluate=True):
+            return self.render_by(self.render_image, scene, sensor, seed, spp, develop)
+
+        def render_by(self, render_image, scene, sensor, seed, spp, develop):
+            """`render`, with the pixels by a function like `render_image`."""
             sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
             spp = spp or sensor.sampler().sample_count()
             entropy = int(np.array(seed).ravel()[0])
@@ -225,7 +229,7 @@ def define() -> type[mi.AdjointIntegrator]:
             if film.flags() & +mi.FilmFlags.Special:
                 raise ValueError(f"bdpt fills films of colours, no {film.class_name()}")
             with dr.suspend_grad():
-                picture = self.render_image(scene, sensor, entropy, spp)
+                picture = render_image(scene, sensor, entropy, spp)
             alpha = bool(film.flags() & +mi.FilmFlags.Alpha)
             fill(film, [picture[:, :3], picture[:, 3]][: 1 + alpha])
             if develop:

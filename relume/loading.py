@@ -327,15 +327,19 @@ def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
             integrator takes its paths from it.
 
     Returns:
-        A dictionary with these depths, as far as the integrator takes them.
+        A dictionary with these depths, as far as the integrator takes them; `bdpt` keeps the
+        scene's factor of the radiance.
 
     Raises:
         CannotRender: there is no such integrator.
     """
+    paths = planned.get("paths", planned)
+    if paths.get("type") == "samplescale" and name in ("bdpt", *VARIATIONS):
+        nested = integrator_entry(name, paths["integrator"])
+        return paths | {"luminance_limit": 0.0, "integrator": nested}
     if name in VARIATIONS:
         kind, own = VARIATIONS[name]
         return integrator_entry(kind, planned) | own
-    paths = planned.get("paths", planned)
     if name == paths.get("type"):
         return paths
     if name in METROPOLIS:

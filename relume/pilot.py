@@ -30,10 +30,11 @@ from relume.translator import Translation
 from relume.translator.plan import RenderPlan
 from relume.translator.scene_values import Entry, to_mitsuba
 
-COST = {"surfacepath": 1.0, "bdpt": 2.2}
-"""Cost of a sample, relative; measured in docs/efficiency.md."""
+COST = {"surfacepath": 1.0, "samplescale": 1.0, "bdpt": 2.2}
+"""Cost of a sample, relative; measured in docs/efficiency.md. `samplescale` has the factor of the
+radiance for `surfacepath`; that of `bdpt` costs nothing."""
 
-SAMPLES = {"surfacepath": 16, "bdpt": 8}
+SAMPLES = {"surfacepath": 16, "samplescale": 16, "bdpt": 8}
 """Samples of a pixel in each part of a pilot: parts of all candidates take about as long."""
 
 BOTH_ENDS = ("bdpt", "bdpt-merging")

@@ -124,8 +124,20 @@ def diffused(document: Document) -> Document:
     return media.with_method(document, dipole=True)
 
 
+def without_limit(translation: Translation) -> str:
+    """The obstacle of methods that trace no single rays; a factor of the radiance is none."""
+    paths = paths_of(translation.scene["integrator"])
+    if paths["type"] == "samplescale":
+        if paths["luminance_limit"] > 0:
+            return "luminance_cutoff bounds samples of single rays, which it does not have"
+        paths = paths["integrator"]
+    if "integrator" in paths:
+        return "it cannot be nested in another integrator"
+    return without_medium(translation)
+
+
 def without_wrapping(translation: Translation) -> str:
-    """The obstacle of methods that trace no single rays, which other integrators take them for."""
+    """The obstacle of chains over paths that are found from both ends."""
     if "integrator" in paths_of(translation.scene["integrator"]):
         return "it cannot be nested in another integrator"
     return without_medium(translation)
@@ -222,12 +234,12 @@ DIPOLES = {
 METHODS = (
     Method("curvedspace", as_planned, obstacle=with_holes),
     Method("surfacepath", tracer("surfacepath"), obstacle=without_medium),
-    Method("bdpt", tracer("bdpt"), obstacle=without_wrapping),
+    Method("bdpt", tracer("bdpt"), obstacle=without_limit),
     Method(
         "bdpt-merging",
         tracer("bdpt", **MERGING),
         unbiased=False,
-        obstacle=without_wrapping,
+        obstacle=without_limit,
         charted=False,
     ),
     Method("path", tracer("path"), obstacle=without_masks),
