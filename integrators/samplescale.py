@@ -22,9 +22,9 @@ A sample of radiance :math:`L` and luminance :math:`Y` becomes
 :math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture
 is biased dark.
 
-Of ``bdpt`` the whole picture is multiplied by :math:`k`, which is the same. It takes no limit: light
-is found there as shares of several paths, and what light subpaths show falls on any pixel, so that
-there is no sample that has all the light of a path of the camera and could be cut.
+Of ``bdpt`` the whole picture is multiplied by :math:`k`, which is the same. It takes no limit:
+light is found there as shares of several paths, and what light subpaths show falls on any pixel, so
+that there is no sample that has all the light of a path of the camera and could be cut.
 
 In spectral variants a sample knows its radiance at a few wavelengths :math:`\lambda_i` alone. Its
 luminance is their mean, weighted by :math:`\bar y(\lambda_i) / p(\lambda_i)` for the density

@@ -54,7 +54,8 @@ def test_candidates(name):
     assert plan.candidates == candidates and plan.reasons["candidates"]
     # What is made of the dictionary does not depend on what a render chooses.
     assert plan.integrator == translation.scene["integrator"]["type"]
-    assert plan.integrator == candidates[0] if candidates != ("bdpt",) else NAMED.get(name, "surfacepath")
+    planned = NAMED.get(name, "surfacepath") if candidates == ("bdpt",) else candidates[0]
+    assert plan.integrator == planned
 
 
 def codes(translation):
