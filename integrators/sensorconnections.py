@@ -4,11 +4,11 @@ A pinhole at c maps the film's position (p, q), each in [0, 1], to the direction
 D = A + p B + q C. Of rays with positions uniform on the film the density per solid angle is
 |D|³ / |det(A, B, C)|, as dω = |det(A, B, C)| / |D|³ dp dq.
 
-A point c + x of a lens sends the same position to D - x (k·D), with a constant vector k across the
-lens, x·k = 0: all of them meet where k·D τ = 1. Of a thin lens k is its axis over the distance of
-the focus plane. The map of directions has the determinant 1, so the density is that of a pinhole in
-the direction d + x (k·d) but for the length. Connections choose points of the lens as densely as
-rays of the camera do, so that their density drops out of all weights.
+A point c + x of a lens sends the same position to D - x (k·D), where k is a constant vector across
+the lens, x·k = 0: all of them meet at c + τ D where τ k·D = 1. Of a thin lens k is its axis over
+the distance of the focus plane. The map has the determinant 1 and is undone by d + x (k·d), so the
+density for a point of the lens has the same det(A, B, C). Connections choose points of the lens as
+densely as rays of the camera do: that density drops out of all weights.
 """
 
 from __future__ import annotations
@@ -58,19 +58,22 @@ class Lens:
     k: np.ndarray
 
     @classmethod
-    def candidates(cls, sensor: mi.Sensor, ahead: np.ndarray) -> Iterator[Lens]:
-        """The lenses that a sensor may have, by its parameters.
+    def candidates(
+        cls, sensor: mi.Sensor, matrix: np.ndarray, ahead: np.ndarray
+    ) -> Iterator[Lens]:
+        """The lenses that a sensor may have, by its parameters: across its film or the world's Z.
 
         Args:
             sensor: the sensor.
+            matrix: (3, 3), columns A, B, C.
             ahead: a direction that it sees.
         """
         known = mi.traverse(sensor)
         if "aperture_radius" not in known or "focus_distance" not in known:
             return
         radius, focus = (plain(known[x]) for x in ("aperture_radius", "focus_distance"))
-        axes = np.array(sensor.world_transform().matrix, float).reshape(4, 4)[:3, :3].T
-        for x, y, z in (axes, np.eye(3)):
+        x, y = -(matrix / np.linalg.norm(matrix, axis=0)).T[1:]
+        for x, y, z in ((x, y, np.cross(x, y)), np.eye(3)):
             yield cls(radius * np.array([x, y]), z * np.sign(z @ ahead) / focus)
 
     def offset(self, aperture: tuple[float, float]) -> np.ndarray:
@@ -131,7 +134,7 @@ class Pinhole:
             return None
         if not sensor.needs_aperture_sample():
             return found
-        for lens in Lens.candidates(sensor, d[len(d) // 2]):
+        for lens in Lens.candidates(sensor, matrix, d[len(d) // 2]):
             with_lens = dataclasses.replace(found, lens=lens)
             if all(
                 with_lens.leads_back(
