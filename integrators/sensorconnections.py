@@ -72,8 +72,8 @@ class Lens:
         if "aperture_radius" not in known or "focus_distance" not in known:
             return
         radius, focus = (plain(known[x]) for x in ("aperture_radius", "focus_distance"))
-        x, y = -(matrix / np.linalg.norm(matrix, axis=0)).T[1:]
-        for x, y, z in ((x, y, np.cross(x, y)), np.eye(3)):
+        left, up = -(matrix / np.linalg.norm(matrix, axis=0)).T[1:]
+        for x, y, z in ((left, up, np.cross(left, up)), np.eye(3)):
             yield cls(radius * np.array([x, y]), z * np.sign(z @ ahead) / focus)
 
     def offset(self, aperture: tuple[float, float]) -> np.ndarray:
