@@ -136,12 +136,11 @@ class Pinhole:
             return found
         for lens in Lens.candidates(sensor, matrix, d[len(d) // 2]):
             with_lens = dataclasses.replace(found, lens=lens)
-            if all(
-                with_lens.leads_back(
-                    *sensor_rays(sensor, positions, x)[:2], positions, size, lens.offset(x)
-                )
-                for x in ((0.95, 0.4), (0.3, 0.9), (0.1, 0.2))
-            ):
+            agree = []
+            for x in ((0.95, 0.4), (0.3, 0.9), (0.1, 0.2)):
+                o, d, _ = sensor_rays(sensor, positions, x)
+                agree.append(with_lens.leads_back(o, d, positions, size, lens.offset(x)))
+            if all(agree):
                 return with_lens
         return None
 
@@ -183,7 +182,12 @@ class Pinhole:
             vectors = (*self.lens.edges, self.lens.k)
             lens = [mi.Vector3f(*(dr.opaque(mi.Float, float(y)) for y in v)) for v in vectors]
         return PinholeOnDevice(
-            [mi.Vector3f(*x[i : i + 3]) for i in (0, 3, 6)], mi.Point3f(*x[9:12]), *x[12:], lens
+            [mi.Vector3f(*x[i : i + 3]) for i in (0, 3, 6)],
+            mi.Point3f(*x[9:12]),
+            x[12],
+            x[13],
+            x[14],
+            lens,
         )
 
 
