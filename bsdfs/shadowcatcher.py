@@ -24,7 +24,8 @@ it hides what is behind it as far as it is shaded. One cosine-distributed direct
 it is open the path goes straight on, else it follows that direction with the weight :math:`\rho`.
 
 The surface has to trace rays. It knows the scene only inside the integrator ``shadowcatching``; in
-any other it is an ordinary diffuse surface.
+any other, also in ``bdpt``, it is an ordinary diffuse surface: :math:`f(i, o)` is not
+:math:`f(o, i)`, and V, a density of paths from the lamps, is not known.
 
 **Source.** Legacy manual, `shadow`; scene language section 11.7.
 

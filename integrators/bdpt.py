@@ -33,7 +33,8 @@ matt surfaces. A path of n edges is found in up to n + 1 ways, with s vertices f
 from the camera:
 
 - s = 0: it meets a lamp. s = 1: emitter sampling.
-- t = 1: each vertex of a light subpath that can be seen is connected to the camera.
+- t = 1: each vertex of a light subpath that can be seen is connected to the camera, if it has a
+  lens to a point of that.
 - s, t > 1: each vertex of the camera's subpaths is connected with one vertex, drawn from a cache of
   those of all light subpaths (Davidovič et al.). There is one light subpath for four
   samples, and one for each in scenes with lamps without size.
@@ -52,7 +53,7 @@ same, tell the power of two. Sums of ratios of densities are carried along the s
 
 **Merging.** Light that mirrors or glass hide from both ends, such as a caustic seen in a mirror or
 the ground of a pool, is found by merging alone (Georgiev et al.), but for lamps that are hit by
-chance; so are caustics before cameras that are no pinhole. A vertex takes the flux of the N light
+chance. A vertex takes the flux of the N light
 subpaths within the radius R as arriving there,
 
 .. math::
@@ -73,8 +74,9 @@ in passes sets the attribute ``pass_index``, 0 for the first.
 for shading normals :math:`n_s` (Veach, eq. 5.19).
 
 **What cannot be reached.** Emitters of which no light subpath can begin (such as a shape that tells
-no points of itself) and cameras that are no pinhole (a lens) are left to the other ways, whose
-weights then are those of path tracing, or of path tracing with connections.
+no points of itself) and cameras without a pinhole and without the lens of ``thinlens`` or
+``screencamera`` (nor if rays of the latter leave its lens on both sides) are left to the other
+ways, whose weights then are those of path tracing, or of path tracing with connections.
 Media are not rendered, and there are no derivatives: take ``surfacepath``, or ``prb``.
 
 **Numbers.** Paths of the camera draw from the sensor's sampler, and from ``owen`` in all renders of
@@ -218,6 +220,10 @@ def define() -> type[mi.AdjointIntegrator]:
             }
 
         def render(self, scene, sensor=0, seed=0, spp=0, develop=True, evaluate=True):
+            return self.render_by(self.render_image, scene, sensor, seed, spp, develop)
+
+        def render_by(self, render_image, scene, sensor, seed, spp, develop):
+            """`render`, with the pixels by a function like `render_image`."""
             sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
             spp = spp or sensor.sampler().sample_count()
             entropy = int(np.array(seed).ravel()[0])
@@ -225,7 +231,7 @@ def define() -> type[mi.AdjointIntegrator]:
             if film.flags() & +mi.FilmFlags.Special:
                 raise ValueError(f"bdpt fills films of colours, no {film.class_name()}")
             with dr.suspend_grad():
-                picture = self.render_image(scene, sensor, entropy, spp)
+                picture = render_image(scene, sensor, entropy, spp)
             alpha = bool(film.flags() & +mi.FilmFlags.Alpha)
             fill(film, [picture[:, :3], picture[:, 3]][: 1 + alpha])
             if develop:

@@ -75,7 +75,7 @@ class BidirectionalSampler(PathSampler):
         lens = sampler.next_2d() if self.sensor.needs_aperture_sample() else mi.Point2f(0.5)
         u = sampler.next_1d() if mi.is_spectral else mi.Float(0)
         ray, weight = self.sensor.sample_ray_differential(0.0, u, position, lens)
-        L, seen = self.contribution(sampler, ray, s, edges_t)
+        L, seen = self.contribution(sampler, ray, s, edges_t, lens)
         pixel = corner.y * self.columns + corner.x
         weight = weight * sign
         if seen is not None:
@@ -101,7 +101,7 @@ class BidirectionalSampler(PathSampler):
         return dr.select(found.valid, sign, 0)
 
     def contribution(
-        self, sampler: mi.Sampler, ray: mi.Ray3f, s: mi.UInt32, t: mi.UInt32
+        self, sampler: mi.Sampler, ray: mi.Ray3f, s: mi.UInt32, t: mi.UInt32, lens: mi.Point2f
     ) -> tuple[mi.Spectrum, SensorConnection | None]:
         """What a way finds of light, weighed, and where a light subpath's end is seen.
 
@@ -110,6 +110,7 @@ class BidirectionalSampler(PathSampler):
             ray: of the camera.
             s: vertices from the lamp.
             t: vertices from the camera.
+            lens: variates of the point of the lens.
         """
         tr = self.transport
         emits = tr.emission.emits
@@ -153,7 +154,7 @@ class BidirectionalSampler(PathSampler):
         shown = mi.Bool(False)
         back = -to_y
         if tr.pinhole:
-            seen = tr.pinhole.connect(y.si.p)
+            seen = tr.pinhole.connect(y.si.p, lens)
             shown = y.active & (t == 1) & seen.active & (seen.squared_distance > 0)
             shown &= ~tr.surfaces.unlit(y.si.shape, mi.Bool(True))
             if tr.hide_emitters:

@@ -42,7 +42,7 @@ def nested_integrator(props: mi.Properties, capable: str = "") -> mi.SamplingInt
             none without their derivatives, as ``prb``.
     """
     nested = [value for _, value in props.objects() if isinstance(value, mi.Integrator)]
-    taken = [isinstance(x, mi.SamplingIntegrator) or hasattr(x, capable) for x in nested]
+    taken = [hasattr(x, capable) or tells_radiance(x) for x in nested]
     if taken != [True]:
         also = " or bdpt" if capable else ""
         raise ValueError(f"{props.plugin_name()} takes one nested sampling integrator{also}")
@@ -50,6 +50,12 @@ def nested_integrator(props: mi.Properties, capable: str = "") -> mi.SamplingInt
         differentiating = type(nested[0]).__name__
         raise ValueError(f"{props.plugin_name()} nests path or its like, not {differentiating}")
     return nested[0]
+
+
+def tells_radiance(integrator: mi.Integrator) -> bool:
+    """Whether an integrator has the radiance of single rays: not that with ``bdpt`` inside."""
+    pictures = getattr(integrator, "takes_points", False)
+    return isinstance(integrator, mi.SamplingIntegrator) and not pictures
 
 
 def with_depth_range(
@@ -79,9 +85,11 @@ def step_by_step(integrator: mi.SamplingIntegrator) -> AbstractContextManager[No
 @functools.cache
 def _nesting(_variant: str) -> type[mi.SamplingIntegrator]:
     class Nesting(mi.SamplingIntegrator):
+        capable = ""  # attribute of other integrators that may be nested, too
+
         def __init__(self, props):
             mi.SamplingIntegrator.__init__(self, props)
-            self.nested = nested_integrator(props)
+            self.nested = nested_integrator(props, self.capable)
 
         def step_by_step(self):
             return step_by_step(self.nested)

@@ -71,8 +71,8 @@ def started(t: Transport, ray: mi.Ray3f) -> EyePath:
     origin.p = mi.Point3f(ray.o)
     dVCM = mi.Float(0)
     if t.pinhole:
-        origin.p = mi.Point3f(t.pinhole.center)
-        pdf = t.pinhole.pdf(ray.d)
+        origin.p = mi.Point3f(t.pinhole.start(ray))
+        pdf = t.pinhole.pdf(ray.d, origin.p)
         dVCM = dr.select(pdf > 0, t.r / pdf, 0)
     return EyePath(
         ray=mi.Ray3f(ray),

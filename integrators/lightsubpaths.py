@@ -125,7 +125,9 @@ def step(
 
     goes_on = met & (edges + 1 < t.max_depth)
     smooth = met & mi.has_flag(flags, mi.BSDFFlags.Smooth)
-    seen = t.pinhole.connect(si.p) if t.pinhole else None
+    seen = None
+    if t.pinhole:
+        seen = t.pinhole.connect(si.p, sampler.next_2d() if t.pinhole.lens else None)
     u1, u2, u3, u4 = sampler.next_1d(), sampler.next_2d(), sampler.next_2d(), sampler.next_1d()
     towards = si.to_local(seen.d) if seen else mi.Vector3f(0, 0, 1)
     found, drawn = scatter(t.importance, si, [towards], u1, u2, met)

@@ -9,7 +9,7 @@ r"""Factor and limit of every sample (``samplescale``)
      - Description
    * - (nested)
      - integrator
-     - Sampling integrator whose samples are changed. Required.
+     - Sampling integrator whose samples are changed, or ``bdpt``. Required.
    * - ``response``
      - float
      - Factor of the radiance :math:`k \ge 0`. Default: 1. Exposed.
@@ -21,6 +21,10 @@ r"""Factor and limit of every sample (``samplescale``)
 A sample of radiance :math:`L` and luminance :math:`Y` becomes
 :math:`k\,L\,\min(1, Y_{max} / Y)`. The limit removes fireflies and with them energy: the picture
 is biased dark.
+
+Of ``bdpt`` the whole picture is multiplied by :math:`k`, which is the same. It takes no limit:
+light is found there as shares of several paths, and what light subpaths show falls on any pixel, so
+that there is no sample that has all the light of a path of the camera and could be cut.
 
 In spectral variants a sample knows its radiance at a few wavelengths :math:`\lambda_i` alone. Its
 luminance is their mean, weighted by :math:`\bar y(\lambda_i) / p(\lambda_i)` for the density
@@ -51,6 +55,8 @@ from relume.integrators.common import nesting, with_depth_range
 from relume.parameters import NOT_NEGATIVE, check, expose, number, plain
 
 RUNS_UNDER = ("scalar", "polarized")
+NO_LIMIT_OF_PICTURES = "samplescale: luminance_limit bounds samples of rays, of which bdpt has none"
+NO_SAMPLES = "samplescale: bdpt tells no radiance of single rays, and has no derivatives"
 RANGES = {"response": NOT_NEGATIVE, "luminance_limit": NOT_NEGATIVE}
 
 
@@ -76,15 +82,20 @@ def define() -> type[mi.SamplingIntegrator]:
     Nesting: Any = nesting()
 
     class SampleScale(Nesting):
+        capable = "takes_points"
+
         def __init__(self, props):
             super().__init__(props)
             self.response = mi.Float(number(props, "response", 1.0))
             self.luminance_limit = mi.Float(number(props, "luminance_limit", 0.0))
+            self.takes_points = getattr(self.nested, "takes_points", False)
             self.parameters_changed([])
 
         def parameters_changed(self, keys):
             check(self, RANGES, keys)
             self.limited = plain(self.luminance_limit) > 0
+            if self.limited and self.takes_points:
+                raise ValueError(NO_LIMIT_OF_PICTURES)
             dr.make_opaque(self.response, self.luminance_limit)
 
         def with_depth_range(self, min_depth, max_depth):
@@ -94,11 +105,32 @@ def define() -> type[mi.SamplingIntegrator]:
             response = plain(self.response)
             return mi.load_dict({"type": "samplescale", "response": response, "nested": nested})
 
+        @property
+        def pass_index(self):
+            return self.nested.pass_index
+
+        @pass_index.setter
+        def pass_index(self, index):
+            self.nested.pass_index = index
+
+        def render(self, scene, sensor=0, seed=0, spp=0, develop=True, evaluate=True):
+            if not self.takes_points:
+                return super().render(scene, sensor, seed, spp, develop, evaluate)
+            return self.nested.render_by(self.render_image, scene, sensor, seed, spp, develop)
+
+        def render_image(self, *args, **kwargs):
+            """Mean colours and alpha of a nested ``bdpt``, whose arguments these are."""
+            picture = self.nested.render_image(*args, **kwargs)
+            picture[:, :3] *= plain(self.response)
+            return picture
+
         def traverse(self, cb):
             super().traverse(cb)
             expose(self, cb, tuple(RANGES))
 
         def sample(self, scene, sampler, ray, medium=None, active=True):
+            if self.takes_points:
+                raise ValueError(NO_SAMPLES)
             L, valid, aovs = self.nested.sample(scene, sampler, ray, medium, active)
             if self.limited:
                 Y = luminance(L, ray.wavelengths)

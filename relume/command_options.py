@@ -151,7 +151,7 @@ RENDER_OPTIONS: dict[str, dict[str, Any]] = {
     "integrator": {
         "metavar": "ID",
         "shell_complete": completing(integrator_names),
-        "help": "Integrator plugin instead of the planned one.",
+        "help": "Integrator plugin, or bdpt-merging, instead of the planned one.",
     },
     "variant": {
         "metavar": "NAME",

@@ -26,10 +26,11 @@ STOCK = ("path", "volpath", "volpathmis", "direct", "ptracer", "prb", "prbvolpat
 
 
 def integrator_names() -> list[str]:
-    """Ids of integrators: relume's own, and Mitsuba's."""
+    """Names of integrators: relume's own, and Mitsuba's."""
     from relume.integrators import PLUGINS
+    from relume.loading import VARIATIONS
 
-    return sorted({*PLUGINS, *STOCK})
+    return sorted({*PLUGINS, *STOCK, *VARIATIONS})
 
 
 def variant_names() -> list[str]:

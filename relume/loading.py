@@ -50,6 +50,12 @@ SUBSURFACE = ("dipole", "randomwalk")
 """Integrators that subsurface scattering is translated for when they are asked for: by diffusion,
 and simulated."""
 
+MERGING = {"merge_radius": 0.5}
+"""Parameters of `bdpt` that finds light which mirrors or glass hide from both ends."""
+
+VARIATIONS = {"bdpt-merging": ("bdpt", MERGING)}
+"""Names of integrators with parameters, which users can ask for: plugin ids and parameters."""
+
 SceneSource = str | os.PathLike[str] | Document
 """What is rendered: the path of a scene file or Mitsuba scene (.xml), or what `relume.read`
 returned."""
@@ -308,25 +314,32 @@ def for_variant(integrator: dict[str, Any]) -> dict[str, Any]:
 
 
 def load_integrator(name: str, planned: dict[str, Any]) -> Integrator:
-    """An integrator by its plugin id; arguments and errors as `integrator_entry`."""
+    """An integrator by its name; arguments and errors as `integrator_entry`."""
     return mi.load_dict(integrator_entry(name, planned))
 
 
 def integrator_entry(name: str, planned: dict[str, Any]) -> dict[str, Any]:
-    """The dictionary of an integrator by its plugin id; a variant must be set.
+    """The dictionary of an integrator by its name; a variant must be set.
 
     Args:
-        name: plugin id.
+        name: plugin id, or one of `VARIATIONS`.
         planned: dictionary of the integrator that has the scene's path depths; a Metropolis
             integrator takes its paths from it.
 
     Returns:
-        A dictionary with these depths, as far as the integrator takes them.
+        A dictionary with these depths, as far as the integrator takes them; `bdpt` keeps the
+        scene's factor of the radiance.
 
     Raises:
         CannotRender: there is no such integrator.
     """
     paths = planned.get("paths", planned)
+    if paths.get("type") == "samplescale" and name in ("bdpt", *VARIATIONS):
+        nested = integrator_entry(name, paths["integrator"])
+        return paths | {"luminance_limit": 0.0, "integrator": nested}
+    if name in VARIATIONS:
+        kind, own = VARIATIONS[name]
+        return integrator_entry(kind, planned) | own
     if name == paths.get("type"):
         return paths
     if name in METROPOLIS:

@@ -28,7 +28,7 @@ class RenderOptions:
             `MAX_PIXELS` pixels.
         spp: samples of a pixel instead of the scene's, 1 to `MAX_SAMPLES`.
         seed: non-negative integer; the same seed gives the same picture, bit for bit.
-        integrator: plugin id of an integrator instead of the planned one.
+        integrator: plugin id of an integrator instead of the planned one, or `bdpt-merging`.
         variant: Mitsuba variant instead of the planned one.
         sampler: `owen` for numbers that are spread evenly in each pixel, `independent` for others.
             Metropolis renders and integrators that render by Mitsuba's own means have their own.

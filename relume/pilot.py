@@ -30,11 +30,15 @@ from relume.translator import Translation
 from relume.translator.plan import RenderPlan
 from relume.translator.scene_values import Entry, to_mitsuba
 
-COST = {"surfacepath": 1.0, "bdpt": 2.2}
-"""Cost of a sample, relative; measured in docs/efficiency.md."""
+COST = {"surfacepath": 1.0, "samplescale": 1.0, "bdpt": 2.2}
+"""Cost of a sample, relative; measured in docs/efficiency.md. `samplescale` has the factor of the
+radiance for `surfacepath`; that of `bdpt` costs nothing."""
 
-SAMPLES = {"surfacepath": 16, "bdpt": 8}
+SAMPLES = {"surfacepath": 16, "samplescale": 16, "bdpt": 8}
 """Samples of a pixel in each part of a pilot: parts of all candidates take about as long."""
+
+BOTH_ENDS = ("bdpt", "bdpt-merging")
+"""Integrators that find the light of lamps without size behind glass."""
 
 PARTS = 4
 """Independent parts of a pilot."""
@@ -93,7 +97,7 @@ def choice(
     """
     plan = translation.plan
     if options.integrator or plan.candidates == (plan.integrator,):
-        path = options.integrator not in (None, "bdpt")
+        path = options.integrator not in (None, *BOTH_ENDS)
         return Choice(translation.path_traced() if path else translation, options)
     variant = usable_variant(plan, options.variant)
     if "scalar" in variant or "polarized" in variant:

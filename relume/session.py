@@ -25,6 +25,7 @@ import numpy as np
 
 from relume.accumulator import Accumulator
 from relume.cores import available_cores
+from relume.integrators.common import tells_radiance
 from relume.options import SAMPLERS
 from relume.passes import Pass, PassPlan, PassSet
 from relume.progress import Progress
@@ -177,7 +178,7 @@ def accumulate(
 def samples_rays(integrator: Integrator) -> bool:
     """Whether an integrator has a `sample` that tells the radiance along a ray."""
     differentiating = isinstance(integrator, mi.CppADIntegrator)
-    return isinstance(integrator, mi.SamplingIntegrator) and not differentiating
+    return tells_radiance(integrator) and not differentiating
 
 
 def sequence_of(which: Any, first: Any, seed: int, pixel: Any, sample: Any) -> Any:

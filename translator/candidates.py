@@ -19,15 +19,18 @@ POINT_LIKE = ("falloffspot", "parallelbeam", "directional", "domesun")
 SKIES = ("constant", "envmap", "ibldome")
 """Plugin ids of light from all around."""
 
-FOUND_FROM_LAMPS = "lamps without size beside glass or mirrors: only paths from them find all light"
+FOUND_FROM_LAMPS = (
+    "lamps without size beside glass or mirrors: only paths from them find their caustics; "
+    "bdpt-merging also those seen in mirrors or through glass"
+)
 SKY_ALONE = "the sky alone lights the scene: paths from it seldom meet what the camera sees"
 NO_LAMP = "nothing shines"
 COMPARED = "a pilot compares variance times cost, if the render is long enough to pay for it"
 NO_BDPT = {
     "pssmlt": "the scene asks for Metropolis transport",
     "erpt": "the scene asks for energy redistribution",
-    "samplescale": "bdpt knows no sensor_response and no luminance_cutoff",
-    "shadowcatching": "bdpt knows no shadow catchers",
+    "samplescale": "luminance_cutoff bounds samples of rays, of which bdpt has none",
+    "shadowcatching": "what bdpt finds from lamps cannot cross shadow catchers",
     "dipole": "bdpt knows no subsurface scattering",
     "randomwalk": "bdpt knows no media",
     "volpath": "bdpt knows no media",
@@ -60,8 +63,11 @@ def candidates(integrator: Entry, entries: Iterable[Entry]) -> Candidates:
         entries: of its shapes and emitters.
     """
     kind = integrator["type"]
-    if kind != "surfacepath":
-        return Candidates((kind,), NO_BDPT[kind])
+    paths = integrator
+    if kind == "samplescale" and not integrator["luminance_limit"]:
+        paths = integrator["integrator"]
+    if paths["type"] != "surfacepath":
+        return Candidates((kind,), NO_BDPT[paths["type"]])
     entries = list(entries)
     lights = [entry.get("emitter", entry) for entry in entries if is_light(entry)]
     kinds = {light["type"] for light in lights}

@@ -146,11 +146,13 @@ LIGHTS = (
      "Glass casts the shadow of an opaque object in this light, without bright spots: light that "
      "glass refracts is found only if rays meet its source, or by `bdpt`, which does not know what "
      "else the scene has, or was not asked for.",
-     "Use a lamp with a size, such as a sphere or a uvplane, or render by `--integrator bdpt`."),
+     "Use a lamp with a size, such as a sphere or a uvplane, or render by `--integrator bdpt`; by "
+     "`--integrator bdpt-merging` where the bright spots are seen in mirrors or through glass."),
     ("small-lamp-behind-glass", "translated", "9.3",
      "glass sees this lamp under {angle:.2g} rad: one path in {count:.2g} finds it through glass",
      "What the glass refracts is noise without end, or missing, in a picture of fewer samples.",
-     "Use a larger lamp, or render with the integrator `bdpt`."),
+     "Use a larger lamp, or render by `--integrator bdpt`; by `--integrator bdpt-merging` where "
+     "what the glass lights is seen in mirrors or through glass."),
 )  # fmt: skip
 
 MEDIA = (

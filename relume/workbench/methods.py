@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import mitsuba as mi
 
 from relume import translator
-from relume.loading import Source, for_variant, integrator_entry, load_scene
+from relume.loading import MERGING, Source, for_variant, integrator_entry, load_scene
 from relume.options import RenderOptions
 from relume.session import CannotRender, reason
 from relume.translator import Document, Translation, media
@@ -50,7 +50,7 @@ class Method:
         chains: dictionary of a Metropolis integrator, which takes its paths from all of these; None
             for plain sampling, whatever the plan has.
         charted: whether charts show it without being asked: not where it differs from another row
-            in the shape of small steps alone.
+            in the shape of small steps alone, or finds more than that one in few scenes.
     """
 
     name: str
@@ -124,8 +124,20 @@ def diffused(document: Document) -> Document:
     return media.with_method(document, dipole=True)
 
 
+def without_limit(translation: Translation) -> str:
+    """The obstacle of methods that trace no single rays; a factor of the radiance is none."""
+    paths = paths_of(translation.scene["integrator"])
+    if paths["type"] == "samplescale":
+        if paths["luminance_limit"] > 0:
+            return "luminance_cutoff bounds samples of single rays, which it does not have"
+        paths = paths["integrator"]
+    if "integrator" in paths:
+        return "it cannot be nested in another integrator"
+    return without_medium(translation)
+
+
 def without_wrapping(translation: Translation) -> str:
-    """The obstacle of methods that trace no single rays, which other integrators take them for."""
+    """The obstacle of chains over paths that are found from both ends."""
     if "integrator" in paths_of(translation.scene["integrator"]):
         return "it cannot be nested in another integrator"
     return without_medium(translation)
@@ -222,7 +234,14 @@ DIPOLES = {
 METHODS = (
     Method("curvedspace", as_planned, obstacle=with_holes),
     Method("surfacepath", tracer("surfacepath"), obstacle=without_medium),
-    Method("bdpt", tracer("bdpt"), obstacle=without_wrapping),
+    Method("bdpt", tracer("bdpt"), obstacle=without_limit),
+    Method(
+        "bdpt-merging",
+        tracer("bdpt", **MERGING),
+        unbiased=False,
+        obstacle=without_limit,
+        charted=False,
+    ),
     Method("path", tracer("path"), obstacle=without_masks),
     Method("volpath", tracer("volpath"), obstacle=without_diffusion),
     Method("volpathmis", tracer("volpathmis"), obstacle=with_medium),

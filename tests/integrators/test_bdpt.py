@@ -312,6 +312,8 @@ def test_caustic_of_a_lamp_without_size(chance, level):
 
 SENSORS = {
     "lens": {"type": "thinlens", "aperture_radius": 0.3, "focus_distance": 3.5},
+    "screen with a lens": {"type": "screencamera", "width": 0.8, "height": 0.7,
+                           "aperture_radius": 0.3, "focus_distance": 3.5},
     "screen, with a tent": {"type": "screencamera", "width": 0.8, "height": 0.7,
                             "film": {"rfilter": {"type": "tent"}}},
     "cropped, with negative weights": {
@@ -324,8 +326,7 @@ SENSORS = {
 @pytest.mark.false_alarms(1e-3)
 @pytest.mark.parametrize("camera", SENSORS)
 def test_light_arrives_where_the_camera_sees_it(camera, chance, level):
-    """Light tracing alone, of what a spot lights, against emitter sampling alone, in blocks; of a
-    lens, which it cannot reach, all ways against emitter sampling."""
+    """Light tracing alone, of what a spot lights, against emitter sampling alone, in blocks."""
     sensor = {"type": "perspective", "fov": 40} | SENSORS[camera]
     sensor["film"] = film(16) | sensor.get("film", {})
     if sensor["type"] == "screencamera":
@@ -336,14 +337,88 @@ def test_light_arrives_where_the_camera_sees_it(camera, chance, level):
             "cutoff_angle": 40, "intensity": grey(9.0)}  # fmt: skip
     scene = mi.load_dict(d | {"sensor": sensor, "lamp": spot})
     depth = {"min_depth": 2, "max_depth": 2}
-    ways = ((1, 2), None if camera == "lens" else (2, 1))
-    a, b = (means(chance, level, scene, integrator(only=way, **depth), 512) for way in ways)
+    a, b = (means(chance, level, scene, integrator(only=w, **depth), 512) for w in ((1, 2), (2, 1)))
     chance.equal(a, b, precision=0.1)
 
 
-def test_a_pinhole_is_told_by_its_rays():
-    lens = mi.load_dict({"type": "thinlens", "fov": 40, "aperture_radius": 0.1})
+LENSES = [camera for name, camera in SENSORS.items() if "lens" in name]
+
+
+@pytest.mark.false_alarms(1e-3)
+@pytest.mark.parametrize("camera", LENSES, ids=["lens", "screen"])
+def test_light_tracing_to_a_lens_is_exact(camera, chance, level):
+    """The light of a spot on all of the floor below it, by light tracing alone and by emitter
+    sampling: 2 % more in the density of the rays of a lens is found."""
+    d = open_corner()
+    del d["wall"]
+    above = mi.ScalarTransform4f().look_at([0, 4, 0.1], [0, -1.5, 0], [0, 0, 1])
+    if camera["type"] == "screencamera":  # its lens lies in the plane of X and Y
+        above = mi.ScalarTransform4f().look_at([0, 3, 4], [0, -1.5, 0], [0, 1, 0])
+    d["sensor"] = {"fov": 40} | camera | {"to_world": above, "film": film()}
+    if camera["type"] == "screencamera":
+        del d["sensor"]["fov"]
+    lamp = {"type": "falloffspot"} | ABOVE["falloffspot"]
+    scene = mi.load_dict(d | {"lamp": lamp})
+    depth = {"min_depth": 2, "max_depth": 2}
+    a, b = (
+        level(chance.runs(scene, 1024, 8, integrator=integrator(only=w, **depth)).mean((1, 2, 3)))
+        for w in ((2, 1), (1, 2))
+    )
+    chance.equal(a, b, precision=0.006)
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_all_ways_before_a_lens_are_surfacepath(chance, level):
+    """Light of one bounce and two from a wide lamp, in quarters of the picture."""
+    d = open_corner()
+    d["sensor"] |= SENSORS["lens"]
+    scene, depth = mi.load_dict(d), {"min_depth": 2, "max_depth": 3}
+    a, b = (
+        means(chance, level, scene, integrator(kind, **depth), 512)
+        for kind in ("bdpt", "surfacepath")
+    )
+    chance.equal(a, b, precision=0.03)
+
+
+@pytest.mark.parametrize("camera", LENSES, ids=["lens", "screen"])
+def test_a_lens_is_told_by_its_rays(camera):
+    """Where a ray comes from and ends on the film, and its density per solid angle, by the rays
+    beside it: to 2e-4, a hundredth of what errors of 2 % would be."""
+    to_world = mi.ScalarTransform4f().look_at([9.5, 1.5, 4], [9, -0.5, -1], [0.1, 1, 0])
+    fov = {"fov": 40, "near_clip": 0.2} if camera["type"] == "thinlens" else {}
+    sensor = mi.load_dict(fov | camera | {"to_world": to_world})
+    found = Pinhole.of(sensor, (640, 480)).prepared()
+    aperture, p, q, h = mi.Point2f(0.1, 0.8), 0.2, 0.7, 0.01
+
+    def ray(p, q):
+        return sensor.sample_ray(0, 0.5, mi.Point2f(p, q), aperture)[0]
+
+    seen = found.connect(ray(p, q)(2.3), aperture)
+    assert np.array(seen.position).ravel() == pytest.approx([p, q], abs=1e-5)
+    assert np.array(seen.end).ravel() == pytest.approx(np.array(ray(p, q).o).ravel(), abs=1e-5)
+    assert np.array(seen.d).ravel() == pytest.approx(-np.array(ray(p, q).d).ravel(), abs=1e-5)
+    start = found.start(ray(p, q))
+    other = np.array(found.start(ray(0.9, q))).ravel()
+    assert np.array(start).ravel() == pytest.approx(other, abs=1e-5)
+    distance2 = float(dr.squared_norm(ray(p, q)(2.3) - start)[0])
+    assert seen.squared_distance[0] == pytest.approx(distance2, rel=1e-5)
+    right, left, down, up = (
+        np.array(ray(p + x, q + y).d, float).ravel() for x, y in ((h, 0), (-h, 0), (0, h), (0, -h))
+    )
+    area = np.linalg.norm(np.cross(right - left, down - up)) / (2 * h) ** 2
+    assert seen.pdf[0] * area == pytest.approx(1, abs=2e-4)
+    assert found.pdf(ray(p, q).d, start)[0] == pytest.approx(seen.pdf[0], rel=1e-5)
+
+
+def test_a_lens_that_looks_along_its_own_plane_is_none():
+    """Rays ahead of a `screencamera` may go up and down the world's Z axis: its focus is on two
+    planes."""
+    sideways = mi.ScalarTransform4f().look_at([0, 0, 0], [0, -1, 0], [0, 0, 1])
+    lens = mi.load_dict(SENSORS["screen with a lens"] | {"to_world": sideways})
     assert Pinhole.of(lens, (8, 8)) is None
+
+
+def test_a_pinhole_is_told_by_its_rays():
     camera = mi.load_dict({"type": "perspective", "fov": 40, "near_clip": 0.5, "far_clip": 20.0})
     found = Pinhole.of(camera, (8, 8))
     p = mi.Point3f(0.1, -0.2, 3)

@@ -207,6 +207,20 @@ def test_chains_find_the_caustic(method, chance, level):
     chance.equal(found, wanted, precision=0.08)
 
 
+@pytest.mark.false_alarms(1e-3)
+def test_chains_connect_to_a_lens(chance, level):
+    """Halves of the picture of that caustic to 15 %, a third of which is the caustic."""
+    d = lens({"type": "point", "position": [0.0, 4.0, 0.0], "intensity": grey(10.0)})
+    d["sensor"] |= {"type": "thinlens", "aperture_radius": 0.2, "focus_distance": 4.0}
+    scene = mi.load_dict(d)
+    paths = mi.load_dict({"type": "bdpt", "max_depth": 6, "rr_depth": 100})
+    found, wanted = (
+        level(chance.runs(scene, spp, 12, integrator=by).reshape(12, 2, -1).mean(2))
+        for by, spp in ((chains("pssmlt"), 256), (paths, 64))
+    )
+    chance.equal(found, wanted, precision=0.15)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_same_seed_same_picture(method):
     """Bit for bit, on one thread or two, by the same kernels; other seeds give others."""

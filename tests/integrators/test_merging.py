@@ -44,7 +44,7 @@ def lamp(kind, x, towards):
 def floor(light="wall", sensor=None, mirrors="both"):
     """A floor lit by way of a mirror and seen by way of another ("both"); each end is behind its
     mirror where there is none. Or ("above") both see the floor, and a mirror is above it."""
-    lit, seen = mirrors == "both", mirrors == "both" and sensor is None
+    lit = seen = mirrors == "both"
     x, to = (-1, -3) if seen else (-5, -3)
     camera = {
         "type": "perspective", "fov": 14,
@@ -72,11 +72,6 @@ def floor(light="wall", sensor=None, mirrors="both"):
     return mi.load_dict(d)
 
 
-def edges(sensor):
-    """Edges of the paths on which the light comes."""
-    return 4 if sensor is None else 3
-
-
 def integrator(n=4, only=None, **options):
     known = {"type": "bdpt", "min_depth": n, "max_depth": n, "merge_radius": 0.3}
     made = mi.load_dict(known | options)
@@ -102,8 +97,7 @@ CASES = {
 @pytest.mark.parametrize(("variant", "sensor"), CASES.values(), ids=CASES, indirect=["variant"])
 def test_merging_alone_is_exact(variant, sensor, chance, level):
     """Light of a spot, which nothing else finds; 2 % too much of it is found."""
-    n = edges(sensor)
-    made = integrator(n)
+    made = integrator()
     found = level(chance.runs(floor("spot", sensor), 1024, 12, integrator=made).mean((1, 2, 3)))
     chance.equal(found, truth("spot", sensor, chance, level), precision=0.007)
 

@@ -5,6 +5,8 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from relume.session import Session
+
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "llvm_ad_mono")
 
 
@@ -116,3 +118,51 @@ def test_it_takes_one_sampling_integrator(nested):
     mi.set_variant("llvm_ad_rgb")
     with pytest.raises(RuntimeError, match="one nested sampling integrator"):
         mi.load_dict({"type": "samplescale", **nested})
+
+
+# ---- pictures of `bdpt`
+
+
+def over_bdpt(**parameters):
+    nested = {"type": "bdpt", "max_depth": 4, "merge_radius": 0.5}
+    return mi.load_dict({"type": "samplescale", "nested": nested} | parameters)
+
+
+def lit_floor():
+    to_world = mi.ScalarTransform4f().translate([0, 0, 4])
+    back = {"type": "rectangle", "to_world": to_world.rotate([0, 1, 0], 180).scale(3)}
+    spot = {"type": "spot", "cutoff_angle": 30.0}
+    film = {"type": "hdrfilm", "width": 4, "height": 3, "rfilter": {"type": "box"}}
+    sensor = {"type": "perspective", "film": film | {"pixel_format": "rgba"}}
+    return mi.load_dict({"type": "scene", "sensor": sensor, "back": back, "spot": spot})
+
+
+def test_a_picture_of_bdpt_is_multiplied():
+    """Bit for bit by a power of two, in passes and by `mi.render`; its alpha is not."""
+    mi.set_variant("llvm_ad_rgb")
+    scene = lit_floor()
+    plain, halved = over_bdpt(), over_bdpt(response=0.5)
+    pictures = [np.array(mi.render(scene, integrator=x, spp=4)) for x in (plain, halved)]
+    assert pictures[0][..., :3].min() > 0
+    assert np.array_equal(pictures[0] * np.float32([0.5, 0.5, 0.5, 1]), pictures[1])
+    for sampler in ("owen", "independent"):
+        sums = []
+        for made in (plain.nested, plain, halved):
+            session = Session(scene, 8, integrator=made, per_pass=4, sampler=sampler)
+            assert not session.by_sample
+            sums.append(session.render_pass(1, 4).sum)
+        assert np.array_equal(sums[0], sums[1]) and np.array_equal(sums[0] / 2, sums[2])
+        assert halved.nested.pass_index == 1
+
+
+def test_bdpt_takes_no_limit_and_tells_no_samples():
+    mi.set_variant("llvm_ad_rgb")
+    with pytest.raises(RuntimeError, match="luminance_limit bounds samples of rays"):
+        over_bdpt(luminance_limit=1.0)
+    made = over_bdpt()
+    with pytest.raises(RuntimeError, match="pssmlt takes one nested sampling integrator"):
+        mi.load_dict({"type": "pssmlt", "nested": made})
+    parameters = mi.traverse(made)
+    parameters["luminance_limit"] = 1.0
+    with pytest.raises(ValueError, match="luminance_limit bounds samples of rays"):
+        parameters.update()

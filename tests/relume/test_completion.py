@@ -20,6 +20,8 @@ def offered(line):
     [
         ("render --integrator v", {"volpath", "volpathmis"}),
         ("render --integrator sur", {"surfacepath"}),
+        ("render --integrator bdp", {"bdpt", "bdpt-merging"}),
+        ("chart --method bdp", {"bdpt", "bdpt-merging"}),
         ("render --variant llvm_ad_r", {"llvm_ad_rgb"}),
         ("compare --with pss", {"pssmlt"}),
         ("chart --method dip", {"dipole", "dipole-normalized"}),

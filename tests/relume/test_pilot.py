@@ -222,3 +222,36 @@ def test_a_worker_renders_what_was_chosen(room, decided):
         assert str(session.integrator).startswith("BDPT[")
     for a, b in zip(found.arrays, expected.arrays, strict=True):
         assert np.array_equal(a, b)
+
+
+# ---- scenes with a factor of the radiance
+
+
+def test_the_factor_stays_with_whoever_renders(decided):
+    """`sensor_response` 2 doubles the picture of `bdpt`, chosen or asked for, bit for bit, also
+    beside `luminance_cutoff`, which only path tracers follow; and a pilot measures both."""
+    single = translated(SMALL)
+    double = translated("sensor_response\n2\n" + SMALL)
+    held = translated("sensor_response\n2\nluminance_cutoff\n0.5\n" + SMALL)
+    assert double.plan.candidates == ("samplescale", "bdpt")
+    decided("bdpt")
+    choice = pilot.choice(double, RenderOptions())
+    assert choice.options.integrator == "bdpt"
+    asked = RenderOptions(integrator="bdpt")
+    sums = []
+    for translation, options in (
+        (single, asked), (double, asked), (double, choice.options), (held, asked)
+    ):  # fmt: skip
+        with open_session(translation, options) as session:
+            sums.append(session.render_pass(0, 2).sum)
+    assert sums[0].max() > 0
+    assert all(np.array_equal(2 * sums[0], x) for x in sums[1:])
+
+
+def test_a_pilot_measures_scenes_with_a_factor():
+    """As those without: relative errors do not depend on it."""
+    found = translated("sensor_response\n2\n" + SMALL)
+    with variant_context("llvm_ad_rgb"):
+        errors = pilot.measured(load_scene(found), found, RenderOptions(seed=1))
+    name, why = pilot.decided(errors, found.plan.candidates)
+    assert name == "bdpt" and "by a pilot samplescale takes" in why

@@ -13,8 +13,12 @@ GLASS = "OBJECT\nsphere 0 1 0 1\ncolor 1 1 1\nreflection reflection\n\n"
 MIRROR = "OBJECT\nsphere 0 1 0 1\ncolor 1 1 1\nreflection specular\n\n"
 SKY = "BACKGROUND\n1 1 1\n\n"
 RESPONSE = "sensor_response\n2\n\n"
+CUTOFF = "luminance_cutoff\n0.5\n\n"
 FOG = "participatingMedia\n1\nSCATTERING\n0\n1 1 1\n\n"
 CHAINS = "metropolisTransport\n1\n\n"
+
+NAMED = {"a response and a spot": "samplescale"}
+"""What has no choice but `bdpt`, and is planned for another plugin than `surfacepath`."""
 
 BOTH = ("surfacepath", "bdpt")
 SCENES = {
@@ -31,8 +35,13 @@ SCENES = {
     ),
     "the sky alone": (SKY + FLOOR + GLASS, ("surfacepath",)),
     "nothing shines": (FLOOR + GLASS, ("surfacepath",)),
-    "a response": (RESPONSE + FLOOR + SPOT + GLASS, ("samplescale",)),
-    "fog": (FOG + FLOOR + LAMP, ("volpath",)),
+    "a response": (RESPONSE + FLOOR + LAMP, ("samplescale", "bdpt")),
+    "a response and a spot": (RESPONSE + FLOOR + SPOT + GLASS, ("bdpt",)),
+    "a response and the sky": (RESPONSE + SKY + FLOOR + GLASS, ("samplescale",)),
+    "a response and fog": (RESPONSE + FOG + FLOOR + LAMP, ("samplescale",)),
+    "a cutoff": (CUTOFF + FLOOR + SPOT + GLASS, ("samplescale",)),
+    "a response and a cutoff": (RESPONSE + CUTOFF + FLOOR + SPOT + GLASS, ("samplescale",)),
+    "fog": (FOG + FLOOR + LAMP, ("randomwalk",)),
     "chains": (CHAINS + FLOOR + LAMP, ("pssmlt",)),
 }
 
@@ -45,7 +54,8 @@ def test_candidates(name):
     assert plan.candidates == candidates and plan.reasons["candidates"]
     # What is made of the dictionary does not depend on what a render chooses.
     assert plan.integrator == translation.scene["integrator"]["type"]
-    assert plan.integrator == (candidates[0] if candidates != ("bdpt",) else "surfacepath")
+    planned = NAMED.get(name, "surfacepath") if candidates == ("bdpt",) else candidates[0]
+    assert plan.integrator == planned
 
 
 def codes(translation):
@@ -59,4 +69,4 @@ def test_light_that_bdpt_finds_is_not_noted_as_missing():
     assert code not in codes(found)
     assert code in codes(found.path_traced())
     assert code not in codes(found)
-    assert code in codes(translate(read_text(SCENES["a response"][0], environ={})))
+    assert code in codes(translate(read_text(SCENES["a cutoff"][0], environ={})))

@@ -34,7 +34,9 @@ MILK = (
 PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
+BOTH = ["surfacepath", "bdpt", "bdpt-merging"]
 CHAINS = ["pssmlt", "pssmlt-kelemen", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
+RESPONSE_CHAINS = ["pssmlt", "pssmlt-direct", *CHAINS[1:]]
 SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], "erpt-bdpt"]
 """Also those that leave direct light out, which not every path tracer can, or trace from lamps."""
 
@@ -44,23 +46,22 @@ def names(stage):
 
 
 def test_each_scene_gets_the_methods_that_can_render_it(staged):
-    assert names(staged()) == ["surfacepath", "bdpt", "path", "volpath", *SURFACE_CHAINS]
+    assert names(staged()) == [*BOTH, "path", "volpath", *SURFACE_CHAINS]
     assert names(staged(objects=GLASS_BALL)) == [
-        "surfacepath",
-        "bdpt",
+        *BOTH,
         "path",
         "volpath",
         "dielectric",
         *SURFACE_CHAINS,
     ]
     assert names(staged(objects=PRISM)) == [
-        "surfacepath",
-        "bdpt",
+        *BOTH,
         "path",
         "volpath",
         *SURFACE_CHAINS,
     ]
     assert names(staged("luminance_cutoff\n0.5")) == ["surfacepath", "path", "volpath", *CHAINS]
+    assert names(staged("sensor_response\n2")) == [*BOTH, "path", "volpath", *RESPONSE_CHAINS]
     fog = {"integrator": {"type": "volpath"}, "box": {"interior": {"type": "homogeneous"}}}
     stage = staged()
     foggy = dataclasses.replace(stage.translation, scene=stage.translation.scene | fog)

@@ -268,7 +268,7 @@ def test_a_given_scene_is_a_cell_for_each_method(expected, verdict):
 
 def test_by_default_all_methods_that_can_render_the_scene(room):
     cells = stability.cells_of(relume.read(room(), {}), RenderOptions(), 1.0, ())
-    assert [cell.method for cell in cells][:4] == ["surfacepath", "bdpt", "path", "volpath"]
+    assert [cell.method for cell in cells][:3] == ["surfacepath", "bdpt", "bdpt-merging"]
     assert {"pssmlt", "erpt"} <= {cell.method for cell in cells}
 
 
