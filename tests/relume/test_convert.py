@@ -272,7 +272,7 @@ def test_all_plugins_are_known_with_their_kinds():
 @pytest.mark.parametrize("glass", [True, False])
 def test_light_that_converted_scenes_lack_is_told(tmp_path, glass):
     """Where relume renders by `bdpt` alone: on standard error, in the XML and in the source."""
-    text = "OBJECT\nsphere 0 8 0 1\nemission 9 9 9\nspot_light 1\n"
+    text = "OBJECT\nsphere 0 8 0 1\nemission 9 9 9\nspot_light 1\n\n"
     text += "OBJECT\nsphere 1 0.6 2.5 0.6\ncolor 0.9 0.9 0.9\n" + glass * "reflection reflection\n"
     scene, xml = tmp_path / "spot.txt", tmp_path / "out" / "spot.xml"
     scene.write_text(text)
