@@ -27,11 +27,15 @@ from relume.loading import load_integrator, load_scene, usable_variant, variant_
 from relume.options import RenderOptions
 from relume.session import Scene, Session
 from relume.translator import Translation
+from relume.translator.candidates import has_points
 from relume.translator.plan import RenderPlan
 from relume.translator.scene_values import Entry, to_mitsuba
 
-COST = {"surfacepath": 1.0, "bdpt": 2.2}
+COST = {"surfacepath": 1.0, "bdpt": 2.0}
 """Cost of a sample, relative; measured in docs/efficiency.md."""
+
+COST_WITH_POINTS = 3.2
+"""That of `bdpt` where lamps have no size: it traces four times as many light subpaths."""
 
 SAMPLES = {"surfacepath": 16, "bdpt": 8}
 """Samples of a pixel in each part of a pilot: parts of all candidates take about as long."""
@@ -56,8 +60,8 @@ TINY = 1e-30
 PURPOSE = 1
 """What sets the seeds of pilots apart from those of renders."""
 
-LEAST = 2**21
-"""Samples of a render from which a pilot pays: it has a tenth of them or less."""
+LEAST = 2**20
+"""Samples of a render from which a pilot pays: see docs/efficiency.md."""
 
 
 @dataclass(frozen=True)
@@ -108,8 +112,8 @@ def choice(
         return Choice(translation, options)
     with variant_and_threads(translation, variant):
         scene = load_scene(translation)
-        errors = measured(scene, translation, options)
-    name, why = decided(errors, plan.candidates)
+        times = measured(scene, translation, options)
+    name, why = decided(times, plan.candidates)
     return chosen(translation, options, name, why, scene)
 
 
@@ -126,14 +130,13 @@ def chosen(
     return Choice(translation, options, why, scene)
 
 
-def decided(errors: dict[str, float], candidates: Sequence[str]) -> tuple[str, str]:
+def decided(times: dict[str, float], candidates: Sequence[str]) -> tuple[str, str]:
     """The candidate to render with, and why.
 
     Args:
-        errors: of a sample, by candidate.
+        times: for the same noise, relative, by candidate.
         candidates: the first is taken unless another one is better.
     """
-    times = {name: errors[name] * COST[name] for name in candidates}
     best, other = sorted(candidates, key=times.__getitem__)[:2]
     if times[other] == times[best]:
         return best, f"{best}: a pilot found no difference"
@@ -142,7 +145,7 @@ def decided(errors: dict[str, float], candidates: Sequence[str]) -> tuple[str, s
 
 
 def measured(scene: Scene, translation: Translation, options: RenderOptions) -> dict[str, float]:
-    """The error of a sample by each candidate; the variant must be set.
+    """The time for the same noise by each candidate, relative; the variant must be set.
 
     Args:
         scene: the loaded scene.
@@ -163,7 +166,14 @@ def measured(scene: Scene, translation: Translation, options: RenderOptions) -> 
                 pass
             parts.append(session.image())
         pictures[name] = np.array(parts, float)
-    return errors_of(pictures)
+    cost = costs(translation)
+    return {name: error * cost[name] for name, error in errors_of(pictures).items()}
+
+
+def costs(translation: Translation) -> dict[str, float]:
+    """The cost of a sample by each candidate for a scene, relative."""
+    points = has_points(x for x in translation.scene.values() if isinstance(x, dict))
+    return COST | {"bdpt": COST_WITH_POINTS} if points else COST
 
 
 def small_sensor(sensor: Entry, plan: RenderPlan) -> Entry:
