@@ -126,6 +126,16 @@ def test_light_that_one_finds_evenly_counts_whether_the_other_has_met_it_or_not(
     assert better(path, pictures(rng, 0.011)) < 1
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_what_surfaces_show_is_no_noise(seed):
+    """A chessboard that one renders with a hundredth of the variance: half of it is far above the
+    mean of its block, and is not cut off as rare light that the other one finds."""
+    rng = np.random.default_rng(seed)
+    board = 1 + 0.8 * (-1.0) ** np.add.outer(np.arange(48), np.arange(64))[..., None]
+    path, both = (board * pictures(rng, variance) for variance in (1e-4, 1e-2))
+    assert better(path, both) < 0.02
+
+
 @pytest.mark.parametrize("seen", [(0, 1), (1, 0), (2, 1)])
 @pytest.mark.parametrize("seed", range(5))
 def test_light_that_is_rare_for_both_does_not_decide(seen, seed):
