@@ -6,9 +6,9 @@ fixed and the cost of a sample is a constant, so all parts of a render choose al
 run.
 
 Rare bright samples, which a short render meets by chance or misses, must not decide. Pixels of the
-parts are therefore clipped at T above what they or their surroundings usually have, and two things
-make the error of a candidate: the variance of the clipped parts, and, if another's clipped
-parts have more light by D, at least D T besides. For light that comes in values X above T only has
+parts are therefore clipped at T above what their surroundings have, and two things make the error
+of a candidate: the variance of its clipped parts, and, if those of another, clipped at the same T,
+have more light by D, at least D T besides. For light that comes in values X above T only has
 E[X²] ≥ T E[X]: what `bdpt` finds evenly and `surfacepath` as single bright pixels counts against
 the latter, whether the pilot meets such a pixel or not. Light that is rare for all of them, such as
 caustics seen in mirrors, is cut off for all.
@@ -192,17 +192,17 @@ def errors_of(pictures: dict[str, np.ndarray]) -> dict[str, float]:
     """
     R = spread(reference(pictures))
     weight = 1 / (R**2 + 0.01 * R.mean() ** 2 + TINY)
-    shown = [np.median(parts, axis=0) for parts in pictures.values()]
-    usual = np.max([R, *shown], axis=0)
     T, clipped = {}, {}
     for name, parts in pictures.items():
         errors = (parts.var(0, ddof=1) * weight).mean(-1, keepdims=True)
         T[name] = np.sqrt(CUT * np.median(blocks(errors)) / weight)
-        clipped[name] = np.minimum(parts, usual + T[name])
+        clipped[name] = np.minimum(parts, R + T[name])
     found = {}
     for name, parts in clipped.items():
         error = (parts.var(0, ddof=1) * weight).mean()
-        lacks = [((other - parts) * T[name] * weight).mean((1, 2, 3)) for other in clipped.values()]
+        # At the same limit, or what surfaces show in the blocks would count as light.
+        others = [np.minimum(other, R + T[name]) for other in pictures.values()]
+        lacks = [((other - parts) * T[name] * weight).mean((1, 2, 3)) for other in others]
         error += max(0.0, *(x.mean() - SIGMAS * x.std(ddof=1) / PARTS**0.5 for x in lacks))
         found[name] = float(error) * SAMPLES[name]
     return found
