@@ -7,8 +7,8 @@ run.
 
 Rare bright samples, which a short render meets by chance or misses, must not decide. Pixels of the
 parts are therefore clipped at T above what their surroundings have, and two things make the error
-of a candidate: the variance of its clipped parts, and, if those of another, clipped at the same T,
-have more light by D, at least D T besides. For light that comes in values X above T only has
+of a candidate: the variance of its clipped parts, and, if another one has more light by D, both
+clipped at the larger T, at least D T besides. For light that comes in values X above T only has
 E[X²] ≥ T E[X]: what `bdpt` finds evenly and `surfacepath` as single bright pixels counts against
 the latter, whether the pilot meets such a pixel or not. Light that is rare for all of them, such as
 caustics seen in mirrors, is cut off for all.
@@ -192,17 +192,17 @@ def errors_of(pictures: dict[str, np.ndarray]) -> dict[str, float]:
     """
     R = spread(reference(pictures))
     weight = 1 / (R**2 + 0.01 * R.mean() ** 2 + TINY)
-    T, clipped = {}, {}
+    T = {}
     for name, parts in pictures.items():
         errors = (parts.var(0, ddof=1) * weight).mean(-1, keepdims=True)
         T[name] = np.sqrt(CUT * np.median(blocks(errors)) / weight)
-        clipped[name] = np.minimum(parts, R + T[name])
+    # Light is compared at one limit, or what surfaces show within blocks would count as light.
+    largest = np.max(list(T.values()), axis=0)
+    light = {name: np.minimum(parts, R + largest) for name, parts in pictures.items()}
     found = {}
-    for name, parts in clipped.items():
-        error = (parts.var(0, ddof=1) * weight).mean()
-        # At the same limit, or what surfaces show in the blocks would count as light.
-        others = [np.minimum(other, R + T[name]) for other in pictures.values()]
-        lacks = [((other - parts) * T[name] * weight).mean((1, 2, 3)) for other in others]
+    for name, parts in pictures.items():
+        error = (np.minimum(parts, R + T[name]).var(0, ddof=1) * weight).mean()
+        lacks = [((x - light[name]) * largest * weight).mean((1, 2, 3)) for x in light.values()]
         error += max(0.0, *(x.mean() - SIGMAS * x.std(ddof=1) / PARTS**0.5 for x in lacks))
         found[name] = float(error) * SAMPLES[name]
     return found
