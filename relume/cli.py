@@ -114,13 +114,16 @@ def convert(scene: str, out: str | None, as_python: bool, **options: Any) -> Non
 
     if (out is None) == (not as_python):
         raise click.UsageError("give either -o FILE.xml or --python")
+    notes: list[str] = []
     with readable_errors():
         if out is None:
-            click.echo(converter.python_source(scene, **options))
+            click.echo(converter.python_source(scene, tell=notes.append, **options))
         else:
-            for path in converter.write_xml(scene, out, **options):
+            for path in converter.write_xml(scene, out, tell=notes.append, **options):
                 click.echo(path)
             click.echo(f"render it by: {converter.render_command(out)}", err=True)
+    for note in notes:
+        click.echo(f"note: {note}", err=True)
 
 
 @main.command()

@@ -6,6 +6,7 @@ import errno
 import functools
 import shlex
 import shutil
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,12 @@ KINDS = {
 }
 """Members of `mi.ObjectType` by the kinds of `OWN_PLUGINS`."""
 
+LACKING = (
+    "light that glass and mirrors send on from lamps without size is in no picture by the "
+    "integrator of the converted scene, nor by Mitsuba's own; the integrator bdpt finds it"
+)
+"""What is said of scenes that relume renders by `bdpt` alone."""
+
 
 def write_xml(
     path: str | Path,
@@ -41,6 +48,7 @@ def write_xml(
     dialect: str = "manual",
     asset_path: Sequence[str | Path] = (),
     stand_ins: bool = False,
+    tell: Callable[[str], object] | None = None,
 ) -> list[Path]:
     """Convert a scene file to XML, which `relume.render` and the command render.
 
@@ -55,6 +63,7 @@ def write_xml(
         dialect: as `RenderOptions`.
         asset_path: as `RenderOptions`.
         stand_ins: as `RenderOptions`.
+        tell: gets notes on the converted scene, which stand in the file, too.
 
     Returns:
         Paths of the files written, the XML first.
@@ -86,7 +95,15 @@ def write_xml(
         text = header(path, out, translation.plan) + xml
         with replacing(out) as temporary:
             temporary.write_text(text, encoding="utf-8")
+    if tell:
+        for note in notes(translation.plan):
+            tell(note)
     return [out, *files.paths]
+
+
+def notes(plan: RenderPlan) -> list[str]:
+    """What is to be said of the converted scene of a plan."""
+    return [] if plan.integrator in plan.candidates else [LACKING]
 
 
 def header(path: str | Path, out: Path, plan: RenderPlan) -> str:
@@ -101,6 +118,8 @@ def header(path: str | Path, out: Path, plan: RenderPlan) -> str:
   In Python, import relume before mitsuba, set the variant {plan.variant}, and load it by
   mi.load_file("{out.name}", optimize=False). The command `mitsuba` knows none of relume's plugins.
 """
+    for note in notes(plan):
+        text += f"\n{textwrap.indent(textwrap.fill(f'Note: {note}.', 96), '  ')}\n"
     # Two hyphens would end the comment.
     return f"<!--{text.replace('--', '- -')}-->\n"
 
@@ -203,18 +222,24 @@ def python_source(
     dialect: str = "manual",
     asset_path: Sequence[str | Path] = (),
     stand_ins: bool = False,
+    tell: Callable[[str], object] | None = None,
 ) -> str:
     """Python source that builds the dictionary of a scene file for `mi.load_dict`.
 
-    Meshes and pictures appear as calls with their arrays.
+    Meshes and pictures appear as calls with their arrays. Arguments are those of `write_xml`.
     """
     options = RenderOptions(dialect=dialect, asset_path=asset_path, stand_ins=stand_ins)
     translation = for_mitsuba(translated(path, options))
+    said = notes(translation.plan)
+    if tell:
+        for note in said:
+            tell(note)
+    comments = "".join(f"{textwrap.indent(textwrap.fill(note, 96), '# ')}\n\n" for note in said)
     return (
         "import relume  # first: it sets up LLVM and registers the plugins\n\n"
         "import mitsuba as mi\nimport numpy as np\n\n"
         "from relume.translator.scene_values import Mesh, Picture, mitsuba_mesh\n\n"
-        f"mi.set_variant({translation.plan.variant!r})\n\n"
+        f"mi.set_variant({translation.plan.variant!r})\n\n{comments}"
         f"{_medium(translation.scene)}scene = {_source(translation.scene, 0)}\n"
     )
 

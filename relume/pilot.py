@@ -7,8 +7,8 @@ run.
 
 Rare bright samples, which a short render meets by chance or misses, must not decide. Pixels of the
 parts are therefore clipped at T above what their surroundings have, and two things make the error
-of a candidate: the variance of the clipped parts, and, if another candidate's clipped parts have
-more light by D, at least D T besides. For light that comes in values X above T only has
+of a candidate: the variance of its clipped parts, and, if another one has more light by D, both
+clipped at the larger T, at least D T besides. For light that comes in values X above T only has
 E[X²] ≥ T E[X]: what `bdpt` finds evenly and `surfacepath` as single bright pixels counts against
 the latter, whether the pilot meets such a pixel or not. Light that is rare for all of them, such as
 caustics seen in mirrors, is cut off for all.
@@ -27,12 +27,16 @@ from relume.loading import load_integrator, load_scene, usable_variant, variant_
 from relume.options import RenderOptions
 from relume.session import Scene, Session
 from relume.translator import Translation
+from relume.translator.candidates import has_points
 from relume.translator.plan import RenderPlan
 from relume.translator.scene_values import Entry, to_mitsuba
 
-COST = {"surfacepath": 1.0, "samplescale": 1.0, "bdpt": 2.2}
+COST = {"surfacepath": 1.0, "samplescale": 1.0, "bdpt": 2.0}
 """Cost of a sample, relative; measured in docs/efficiency.md. `samplescale` has the factor of the
 radiance for `surfacepath`; that of `bdpt` costs nothing."""
+
+COST_WITH_POINTS = 3.2
+"""That of `bdpt` where lamps have no size: it traces four times as many light subpaths."""
 
 SAMPLES = {"surfacepath": 16, "samplescale": 16, "bdpt": 8}
 """Samples of a pixel in each part of a pilot: parts of all candidates take about as long."""
@@ -60,8 +64,8 @@ TINY = 1e-30
 PURPOSE = 1
 """What sets the seeds of pilots apart from those of renders."""
 
-LEAST = 2**21
-"""Samples of a render from which a pilot pays: it has a tenth of them or less."""
+LEAST = 2**20
+"""Samples of a render from which a pilot pays: see docs/efficiency.md."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +116,8 @@ def choice(
         return Choice(translation, options)
     with variant_and_threads(translation, variant):
         scene = load_scene(translation)
-        errors = measured(scene, translation, options)
-    name, why = decided(errors, plan.candidates)
+        times = measured(scene, translation, options)
+    name, why = decided(times, plan.candidates)
     return chosen(translation, options, name, why, scene)
 
 
@@ -130,14 +134,13 @@ def chosen(
     return Choice(translation, options, why, scene)
 
 
-def decided(errors: dict[str, float], candidates: Sequence[str]) -> tuple[str, str]:
+def decided(times: dict[str, float], candidates: Sequence[str]) -> tuple[str, str]:
     """The candidate to render with, and why.
 
     Args:
-        errors: of a sample, by candidate.
+        times: for the same noise, relative, by candidate.
         candidates: the first is taken unless another one is better.
     """
-    times = {name: errors[name] * COST[name] for name in candidates}
     best, other = sorted(candidates, key=times.__getitem__)[:2]
     if times[other] == times[best]:
         return best, f"{best}: a pilot found no difference"
@@ -146,7 +149,7 @@ def decided(errors: dict[str, float], candidates: Sequence[str]) -> tuple[str, s
 
 
 def measured(scene: Scene, translation: Translation, options: RenderOptions) -> dict[str, float]:
-    """The error of a sample by each candidate; the variant must be set.
+    """The time for the same noise by each candidate, relative; the variant must be set.
 
     Args:
         scene: the loaded scene.
@@ -167,7 +170,14 @@ def measured(scene: Scene, translation: Translation, options: RenderOptions) -> 
                 pass
             parts.append(session.image())
         pictures[name] = np.array(parts, float)
-    return errors_of(pictures)
+    cost = costs(translation)
+    return {name: error * cost[name] for name, error in errors_of(pictures).items()}
+
+
+def costs(translation: Translation) -> dict[str, float]:
+    """The cost of a sample by each candidate for a scene, relative."""
+    points = has_points(x for x in translation.scene.values() if isinstance(x, dict))
+    return COST | {"bdpt": COST_WITH_POINTS} if points else COST
 
 
 def small_sensor(sensor: Entry, plan: RenderPlan) -> Entry:
@@ -186,15 +196,17 @@ def errors_of(pictures: dict[str, np.ndarray]) -> dict[str, float]:
     """
     R = spread(reference(pictures))
     weight = 1 / (R**2 + 0.01 * R.mean() ** 2 + TINY)
-    T, clipped = {}, {}
+    T = {}
     for name, parts in pictures.items():
         errors = (parts.var(0, ddof=1) * weight).mean(-1, keepdims=True)
         T[name] = np.sqrt(CUT * np.median(blocks(errors)) / weight)
-        clipped[name] = np.minimum(parts, R + T[name])
+    # Light is compared at one limit, or what surfaces show within blocks would count as light.
+    largest = np.max(list(T.values()), axis=0)
+    light = {name: np.minimum(parts, R + largest) for name, parts in pictures.items()}
     found = {}
-    for name, parts in clipped.items():
-        error = (parts.var(0, ddof=1) * weight).mean()
-        lacks = [((other - parts) * T[name] * weight).mean((1, 2, 3)) for other in clipped.values()]
+    for name, parts in pictures.items():
+        error = (np.minimum(parts, R + T[name]).var(0, ddof=1) * weight).mean()
+        lacks = [((x - light[name]) * largest * weight).mean((1, 2, 3)) for x in light.values()]
         error += max(0.0, *(x.mean() - SIGMAS * x.std(ddof=1) / PARTS**0.5 for x in lacks))
         found[name] = float(error) * SAMPLES[name]
     return found

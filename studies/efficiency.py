@@ -161,10 +161,9 @@ def choices(scene, translation):
     chosen, gains, seconds = [], [], []
     for seed in range(CHOICES):
         start = time.process_time()
-        errors = pilot.measured(scene, translation, RenderOptions(seed=seed))
+        times = pilot.measured(scene, translation, RenderOptions(seed=seed))
         seconds.append(time.process_time() - start)
-        chosen.append(pilot.decided(errors, names)[0])
-        times = {name: errors[name] * pilot.COST[name] for name in names}
+        chosen.append(pilot.decided(times, names)[0])
         gains.append(times["surfacepath"] / times["bdpt"])
     return {"chosen": chosen, "gains": gains, "seconds": float(np.median(seconds))}
 

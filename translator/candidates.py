@@ -69,13 +69,22 @@ def candidates(integrator: Entry, entries: Iterable[Entry]) -> Candidates:
     if paths["type"] != "surfacepath":
         return Candidates((kind,), NO_BDPT[paths["type"]])
     entries = list(entries)
-    lights = [entry.get("emitter", entry) for entry in entries if is_light(entry)]
-    kinds = {light["type"] for light in lights}
-    if kinds & set(POINT_LIKE) and any(map(turns_light, entries)):
+    kinds = kinds_of_lights(entries)
+    if has_points(entries) and any(map(turns_light, entries)):
         return Candidates(("bdpt",), FOUND_FROM_LAMPS)
     if kinds <= set(SKIES):
         return Candidates((kind,), SKY_ALONE if kinds else NO_LAMP)
     return Candidates((kind, "bdpt"), COMPARED)
+
+
+def kinds_of_lights(entries: Iterable[Entry]) -> set[str]:
+    """Plugin ids of the emitters among shapes and emitters."""
+    return {entry.get("emitter", entry)["type"] for entry in entries if is_light(entry)}
+
+
+def has_points(entries: Iterable[Entry]) -> bool:
+    """Whether lamps that no ray can meet are among shapes and emitters."""
+    return not kinds_of_lights(entries).isdisjoint(POINT_LIKE)
 
 
 def is_light(entry: Entry) -> bool:

@@ -10,9 +10,11 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import relume
 from relume import translator
+from relume.cli import main
 from relume.convert import KINDS, python_source, write_xml
 from relume.loading import open_session
 from relume.session import Session
@@ -265,3 +267,16 @@ def test_all_plugins_are_known_with_their_kinds():
     assert registered == OWN_PLUGINS
     mi.set_variant("llvm_ad_rgb")
     assert all(hasattr(mi.ObjectType, KINDS[kind]) for kind in registered.values())
+
+
+@pytest.mark.parametrize("glass", [True, False])
+def test_light_that_converted_scenes_lack_is_told(tmp_path, glass):
+    """Where relume renders by `bdpt` alone: on standard error, in the XML and in the source."""
+    text = "OBJECT\nsphere 0 8 0 1\nemission 9 9 9\nspot_light 1\n\n"
+    text += "OBJECT\nsphere 1 0.6 2.5 0.6\ncolor 0.9 0.9 0.9\n" + glass * "reflection reflection\n"
+    scene, xml = tmp_path / "spot.txt", tmp_path / "out" / "spot.xml"
+    scene.write_text(text)
+    run = CliRunner().invoke
+    found = [run(main, ["convert", str(scene), *way]) for way in (["-o", str(xml)], ["--python"])]
+    for text in (found[0].stderr, found[1].stderr, found[1].stdout, xml.read_text()):
+        assert ("bdpt" in text) == glass
