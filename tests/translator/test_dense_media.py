@@ -98,3 +98,10 @@ def test_where_walks_begin_to_be_followed(s, a, g, r, why):
     lamp = {"type": "sphere", "radius": r, "emitter": {"type": "area"}}
     fog = HomogeneousMedium((s,) * 3, (a,) * 3, (g,) * 3)
     assert why_followed(fog, 2.0 if r < 1 else 1.0, 8, [lamp]) == why
+
+
+@pytest.mark.parametrize(("s", "g", "why"), [(0.98, 0, False), (1.02, 0, True), (9, 0.9, False)])
+def test_spots_are_followed_in_haze(s, g, why):
+    """From a reduced optical depth of 1 on; DEPTH covers all walks."""
+    fog = HomogeneousMedium((s,) * 3, (0,) * 3, (g,) * 3)
+    assert bool(why_followed(fog, 1.0, 100, [{"type": "falloffspot"}])) == why
