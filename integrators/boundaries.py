@@ -178,7 +178,9 @@ def absorption(shape: mi.Shape) -> float:
     values = {k: v for k, v in mi.traverse(shape.bsdf()).items() if "reflectance" in k}
     if not all(key.endswith("reflectance.value") for key in values):  # a picture
         return 1.0
-    found = np.concatenate([np.ravel(np.array(value, float)) for value in values.values()] or [[0]])
+    found = np.concatenate(
+        [np.ravel(np.array(value, float)) for value in values.values()] or [np.zeros(1)]
+    )
     return 1 - float(found.min()) if np.ptp(found) < 1e-6 else 1.0
 
 
