@@ -46,7 +46,7 @@ class Anchor:
         extent: ``mi.Float``, diagonal of the box around the shape.
         outer: ``mi.Bool``, whether the region is on the side that the shape's normals point to.
         absorbed: ``mi.Float``, share of the light that the surface takes; 1 unless it is a diffuse
-            sphere that does not shine.
+            grey sphere that does not shine.
     """
 
     p: mi.Point3f
@@ -171,15 +171,17 @@ class KnownSurfaces:
 
 
 def absorption(shape: mi.Shape) -> float:
-    """Largest share of the light of a channel that a diffuse surface takes; 1 for any other."""
+    """Share of the light that a grey diffuse surface takes; 1 for any other."""
     kinds = {bsdf.class_name() for bsdf in [shape.bsdf(), *nested(shape, mi.BSDF)]}
     if not kinds <= {"SmoothDiffuse", "TwoSidedBRDF"} or shape.is_emitter():
         return 1.0
     values = {k: v for k, v in mi.traverse(shape.bsdf()).items() if "reflectance" in k}
     if not all(key.endswith("reflectance.value") for key in values):  # a picture
         return 1.0
-    found = [np.array(value, float).min() for value in values.values()]
-    return 1 - float(min(found, default=0))
+    found = np.concatenate(
+        [np.ravel(np.array(value, float)) for value in values.values()] or [np.zeros(1)]
+    )
+    return 1 - float(found.min()) if np.ptp(found) < 1e-6 else 1.0
 
 
 def sphere_of(shape: mi.Shape) -> np.ndarray:

@@ -55,11 +55,11 @@ light can arrive, this is done by chance.
 (`relume.integrators.spherejumps`, with its formulas and their error): in a sphere in which nothing
 else is, and in scenes of 40 mean free paths and more wherever no surface and no lamp is
 (`relume.integrators.clearances`). Where lamps are looked for their light is left out in balls 10
-mean free paths away from them: :math:`e^{-10}` of it. From a diffuse sphere that reflects nearly
-all light a walk goes to the half ball around the point that it leaves, of at most 0.02 times the
-sphere's radius: it is left after as many reflections as its radius has mean free paths, by which at
-most 0.001 of the light may be lost. All of this is for media whose g and extinction do not differ
-between the channels, or that scatter evenly, and without ``max_depth``.
+mean free paths away from them: :math:`e^{-10}` of it. From a grey diffuse sphere that reflects
+nearly all light a walk goes to the half ball around the point that it leaves, of at most 0.02 times
+the sphere's radius, in which at most 0.001 of the light is lost (`relume.integrators.walkjumps`).
+All of this is for media whose g and extinction do not differ between the channels, or that scatter
+evenly, and without ``max_depth``.
 
 **Where rays start.** A ray of single precision that starts at a point p of the world is off by
 :math:`6 \cdot 10^{-8} |p|`, and Mitsuba starts it :math:`9 \cdot 10^{-5} (1 + |p|)` off the
@@ -107,33 +107,22 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from relume.integrators.boundaries import FAR, Anchor, KnownSurfaces
-from relume.integrators.clearances import Clearances
-from relume.integrators.common import NO_LIMIT, power_heuristic
-from relume.integrators.flightlights import DARK, Flight, Lamps
-from relume.integrators.seethrough import SHADOW_EPSILON, Surfaces
+from relume.integrators.boundaries import FAR, Anchor
+from relume.integrators.common import NO_LIMIT
+from relume.integrators.flightlights import DARK, Flight
 from relume.integrators.spherejumps import eigenvalue
 from relume.integrators.surfacepath import define as define_surfacepath
 from relume.integrators.walkjumps import jump, leap
-from relume.integrators.walkmedia import Media, chosen, mixture, phase_values, sample_phase
+from relume.integrators.walklights import add_light
+from relume.integrators.walkmedia import chosen, mixture, sample_phase
 from relume.integrators.walks import Walk, flight_end, light_through, nothing, tolerance
-
-FOLLOWED = 40.0
-"""Reduced mean free paths across a scene up to which walks are followed step by step."""
-
-OUT = 2.0
-"""Radii of the scene at which walks end that an open surface has let out of it."""
-
+from relume.integrators.walksurroundings import Surroundings
 
 RECORDING = dr.JitFlag.SymbolicScope
 """Whether a kernel is being recorded."""
 
 STEP = 2.0**-24
 """Least probability with which roulette lets a walk live: that of a random number that is 0."""
-
-WORTH = 4.0
-"""Light looked for on a flight, in units of what is scattered there; where that is less than one it
-is by chance."""
 
 CERTAIN = 1e12
 """Density of directions that no emitter sampling could have found [1/sr]."""
@@ -143,44 +132,6 @@ PATIENT = 1 - 1e-6
 
 GRAZING = 1e-5
 """Least cosine at which walks leave a surface: the rounding of normals must not turn them back."""
-
-
-class Surroundings(Surfaces):
-    """What walks have to reckon with in a scene, as it is now.
-
-    Args:
-        scene: `mi.Scene`.
-        camera: the medium that the sensor is in, or None.
-
-    Attributes:
-        media: `Media`.
-        known: `KnownSurfaces`.
-        lamps_inside: whether a lamp may be inside a medium.
-        lit: whether lamps are looked for from inside media.
-        center, radius: the ball out of which walks end that an open surface has let out.
-    """
-
-    def __init__(self, scene: mi.Scene, camera: mi.Medium | None) -> None:
-        super().__init__(scene)
-        self.media = Media(scene, camera)
-        self.known = KnownSurfaces(scene)
-        self.lamps_inside = self.media.exist and lamps_inside(scene)
-        self.see_through |= self.lamps_inside
-        self.lit = self.see_through and self.media.emitters_sampled
-        self.lamps = Lamps(scene)
-        sphere = scene.bbox().bounding_sphere()
-        across = 2 * float(sphere.radius)
-        self.clearances = Clearances(scene, across * self.media.densest > FOLLOWED)
-        self.leaps = self.clearances.known and self.media.similar and self.known.white
-        self.center, self.radius = mi.Point3f(sphere.center), mi.Float(OUT * sphere.radius)
-
-
-def lamps_inside(scene: mi.Scene) -> bool:
-    """Whether the box around some lamp meets that around a shape with a medium inside."""
-    boxes = [s.bbox() for s in scene.shapes() if s.interior_medium() is not None]
-    lamps = [emitter for emitter in scene.emitters() if not emitter.is_environment()]
-    around = [lamp.bbox() for lamp in lamps]
-    return any(lamp.valid() and lamp.overlaps(box) for lamp in around for box in boxes)
 
 
 def define() -> type[mi.SamplingIntegrator]:
@@ -359,8 +310,9 @@ def define() -> type[mi.SamplingIntegrator]:
             if around.lit:
                 T = dr.select(lights, dr.minimum(end.t, reach), 0)
                 flight = Flight.of(walk.x, walk.d, way, T, q, sigma_t)
-                lit = walk.inside & lights & ~end.stale
-                self.add_light(around, scene, sampler, path, medium, inner, flight, walk, lit)
+                lit = walk.inside & lights & ~end.stale & (walk.depth + 1 < self.max_depth)
+                lit &= walk.depth + 2 >= self.min_depth
+                add_light(around, scene, sampler, path, inner, flight, walk, lit)
             T = dr.exp(-sigma_t * way)
             if media.chromatic:
                 f = dr.select(arrives, T, sigma_t * T)
@@ -380,43 +332,6 @@ def define() -> type[mi.SamplingIntegrator]:
             p = anchor.p + walk.x
             walk.inside &= dr.squared_norm(p - around.center) < dr.square(around.radius)
             return scatters, flight
-
-        def add_light(self, around, scene, sampler, path, medium, inner, flight, walk, lit):
-            """Add the light of a sampled point of a lamp that is scattered on a flight."""
-            anchor, q, sigma_t = path.anchor, mixture(walk.β), inner.sigma_t
-            sample = sampler.next_2d()
-            lamp = around.lamps.chosen(scene, sample.x, lit)
-            o = anchor.p + walk.x
-            stretch = around.lamps.stretch(lamp, o, walk.d, flight.T, flight.sigma, lit)
-            t, density = stretch.sample(q, sigma_t, sampler.next_1d(), sampler.next_1d())
-            scattered = dr.max(walk.β * inner.albedo * (1 - dr.exp(-sigma_t * flight.T)))
-            worth = dr.minimum(WORTH * scattered + dr.max(walk.β) * stretch.worth, 1)
-            x = dr.fma(t, walk.d, walk.x)
-            p = anchor.p + x
-            if around.clearances.known:  # no light comes from nearer
-                least = around.clearances.at(p, lit)
-                worth *= dr.minimum(WORTH * dr.exp(-dr.min(sigma_t) * least), 1)
-            lit &= sampler.next_1d() < worth
-            lit &= (density > 0) & (walk.depth + 1 < self.max_depth)
-            lit &= walk.depth + 2 >= self.min_depth
-            here = dr.zeros(mi.Interaction3f)
-            here.p, here.time, here.wavelengths = p, path.ray.time, path.ray.wavelengths
-            ds, Le = scene.sample_emitter_direction(here, sample, False, lit)
-            lit &= (ds.pdf != 0) & dr.any(Le != 0)
-            off = tolerance(p, anchor.extent)
-            ray = mi.Ray3f(dr.fma(-off, ds.d, p), ds.d, path.ray.time, path.ray.wavelengths)
-            ray.maxt = (ds.dist + off) * (1 - SHADOW_EPSILON)
-            own = dr.select(anchor.alone, anchor.distance(x, ds.d), FAR)
-            ray.o = dr.select(anchor.alone, dr.fma(own - off, ds.d, p), ray.o)
-            ray.maxt = dr.select(anchor.alone, ray.maxt - own, ray.maxt)
-            left = light_through(scene, around, medium, ray, ds, off, own, lit)
-            T = dr.exp(-sigma_t * t)
-            β = walk.β * sigma_t * inner.albedo * T / (density * worth)
-            f, pdf = phase_values(around.media, inner.g, mixture(β), walk.d, ds.d)
-            # The same point by a flight that ends at t, and the phase function.
-            pdf *= dr.sum(q * sigma_t * T)
-            mis = dr.select(ds.delta, 1, power_heuristic(ds.pdf * density, pdf))
-            walk.L = mi.Spectrum(walk.L + dr.select(lit, β * f * left * Le * mis, 0))
 
         def come_out(self, walks, lights, walk, path):
             """Take what has become of walks into their paths."""

@@ -24,6 +24,8 @@ merging = of(
 )
 connections = of("integrators/eyesubpaths.py", f"{BDPT}::test_closed_room_that_shines")
 walks = of("integrators/randomwalk.py", f"{WALKS}::test_white_furnace", WALKS)
+along = of("integrators/walklights.py", WALKS)
+jumps = of("integrators/walkjumps.py", WALKS)
 between = of("integrators/walks.py", f"{WALKS}::{SKY}")
 balls = of("integrators/spherejumps.py", "integrators/test_spherejumps.py", WALKS)
 nets = of("samplers/owen.py", OWEN)
@@ -211,13 +213,13 @@ RENDERING = [
         "1 - sampler.next_1d()) / (0.98 * sigma)",
         f"{WALKS}::test_what_is_not_scattered_is_beers_law",
     ),
-    walks(
+    along(
         "lamps that walks see 2 % too bright",
-        "walk.β * f * T * Le * mis, 0)",
-        "walk.β * f * T * Le * 1.02 * mis, 0)",
+        "β * f * left * Le * mis, 0)",
+        "β * f * left * Le * 1.02 * mis, 0)",
         f"{WALKS}::{SKY}",
     ),
-    walks(
+    jumps(
         "balls crossed 2 % too bright",
         "survival(r * reduced, a, kappa), 1)",
         "1.02 * survival(r * reduced, a, kappa), 1)",

@@ -12,7 +12,7 @@ DEPTH 1000, 5 %. `randomwalk` takes these, and media with small lamps.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
 
 import numpy as np
 
@@ -36,6 +36,10 @@ SMALL = 0.01
 
 SEEN = 0.1
 """Optical depth of scattering from which on it is to be seen."""
+
+HAZY = 1.0
+"""The same, reduced by g, from which on a spot is better found along flights: of what is thinner
+only its cone is lit, and that is quickly found by `volpath`."""
 
 STEPS = 2000.0
 """About the most steps of a walk that crosses in one what nothing is in."""
@@ -93,7 +97,7 @@ def similar(medium: HomogeneousMedium) -> bool:
 
 
 def why_followed(
-    medium: HomogeneousMedium | None, radius: float, depth: float, entries: Iterable[Entry]
+    medium: HomogeneousMedium | None, radius: float, depth: float, entries: Collection[Entry]
 ) -> str:
     """Why `randomwalk` is to render the medium around all objects; empty if it need not.
 
@@ -108,11 +112,13 @@ def why_followed(
     if scatterings(medium, radius) > depth + SURVIVED:
         return "walks longer than DEPTH"
     seen = radius * max(medium.sigma_s) > SEEN
-    return "small lamps in a medium" if seen and any(is_small(e, radius) for e in entries) else ""
+    hazy = radius * np.multiply(medium.sigma_s, np.subtract(1, medium.g)).max() > HAZY
+    balls = seen and any(is_small(e, radius) for e in entries)
+    found = balls or (hazy and any(e["type"] == "falloffspot" for e in entries))
+    return "small lamps in a medium" if found else ""
 
 
 def is_small(entry: Entry, radius: float) -> bool:
-    """Whether a dictionary is that of a lamp which is small in a medium of some radius."""
-    if entry["type"] == "sphere" and "emitter" in entry:
-        return bool(entry["radius"] < SMALL * radius)
-    return bool(entry["type"] == "falloffspot")
+    """Whether a dictionary is that of a ball of light which is small in a medium of some radius."""
+    shines = entry["type"] == "sphere" and "emitter" in entry
+    return bool(shines and entry["radius"] < SMALL * radius)

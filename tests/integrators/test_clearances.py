@@ -36,7 +36,8 @@ def test_spheres_and_lamps():
 
 
 def test_flat_faces():
-    """A cube of 96 voxels along a side: at most 4 of them less than it is, inside."""
+    """A grid of 96 voxels along a side: inside at most 4 of them less than it is, 2.8 on average
+    over distances of 15, of which 3 % are 0.35."""
     turned = mi.ScalarTransform4f().rotate([1, 2, 3], 40)
     mesh = mi.load_dict({"type": "cube", "to_world": turned})
     corners = np.array(mesh.vertex_positions_buffer()).reshape(-1, 3)
@@ -46,7 +47,9 @@ def test_flat_faces():
     low, high = corners.min(axis=0), corners.max(axis=0)
     inside = ((low < POINTS) & (high > POINTS)).all(axis=1)
     assert (first <= exact + 1e-6).all()
-    assert (first[inside] > exact[inside] - 4 * (high - low).max() / 96).all()
+    less = (exact[inside] - first[inside]) / ((high - low).max() / 96)
+    assert (less < 4).all()
+    assert less[first[inside] > 0].mean() == pytest.approx(2.8, abs=0.2)
 
 
 def test_what_is_not_known():

@@ -3,6 +3,8 @@
 import pytest
 
 from relume.translator import read_text, translate
+from relume.translator.dense_media import why_followed
+from relume.translator.media import HomogeneousMedium
 
 BALL = "OBJECT\nsphere 0 0 0 1\ncolor 1 1 1\nreflection reflection\n"
 
@@ -80,3 +82,26 @@ LAMP = "OBJECT\nsphere 0 3 0 {r}\nemission 9 9 9\ncolor 0 0 0\nreflection diffus
 )
 def test_small_lamps_in_a_medium(r, s, kind):
     assert in_fog(s, things=LAMP.format(r=r) + BALL).plan.integrator == kind
+
+
+@pytest.mark.parametrize(
+    ("s", "a", "g", "r", "why"),
+    [(4.75, 0, 0, 1, ""), (4.89, 0, 0, 1, "walks longer than DEPTH"),
+     (10, 0.38, 0, 1, ""), (10, 0.36, 0, 1, "walks longer than DEPTH"),
+     (9, 0, 0.77, 1, ""), (9, 0, 0.75, 1, "walks longer than DEPTH"),
+     (1, 0, 0, 0.0205, ""), (1, 0, 0, 0.0195, "small lamps in a medium"),
+     (0.0490, 0, 0, 0.001, ""), (0.0510, 0, 0, 0.001, "small lamps in a medium")],
+)  # fmt: skip
+def test_where_walks_begin_to_be_followed(s, a, g, r, why):
+    """The limits, from 2 to 4 % below and above them: 28 scatterings at DEPTH 8, a lamp of 1/100 of
+    the medium's radius (2 for lamps, else 1), an optical depth of 0.1."""
+    lamp = {"type": "sphere", "radius": r, "emitter": {"type": "area"}}
+    fog = HomogeneousMedium((s,) * 3, (a,) * 3, (g,) * 3)
+    assert why_followed(fog, 2.0 if r < 1 else 1.0, 8, [lamp]) == why
+
+
+@pytest.mark.parametrize(("s", "g", "why"), [(0.98, 0, False), (1.02, 0, True), (9, 0.9, False)])
+def test_spots_are_followed_in_haze(s, g, why):
+    """From a reduced optical depth of 1 on; DEPTH covers all walks."""
+    fog = HomogeneousMedium((s,) * 3, (0,) * 3, (g,) * 3)
+    assert bool(why_followed(fog, 1.0, 100, [{"type": "falloffspot"}])) == why
