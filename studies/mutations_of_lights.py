@@ -36,8 +36,8 @@ LIGHTS = [
     ),
     spot(
         "spot 2 % too bright, where it is sampled",
-        "weight = self._ramp(0.5 * dr",
-        "weight = 1.02 * self._ramp(0.5 * dr",
+        "weight = self._ramp(self._inside",
+        "weight = 1.02 * self._ramp(self._inside",
         f"{SPOT}::test_irradiance_at_five_angles_and_three_distances",
     ),
     spot(
@@ -48,8 +48,8 @@ LIGHTS = [
     ),
     spot(
         "cone 2 % too wide",
-        "w, f = dr.deg2rad(self.cutoff_angle)",
-        "w, f = dr.deg2rad(1.02 * self.cutoff_angle)",
+        "angles = (self.cutoff_angle,",
+        "angles = (1.02 * self.cutoff_angle,",
         f"{SPOT}::test_irradiance_at_five_angles_and_three_distances",
     ),
     spot(

@@ -88,9 +88,7 @@ MATERIALS = [
         "F_0 *= 1.02\n    return dr.fma(1 - F_0,",
     ),
     glass("Fresnel's F 2 % too high", "return 0.5 * dr.fma(r_s", "return 0.51 * dr.fma(r_s"),
-    glass(
-        "refraction by an index 2 % too high", "eta = dr.sqrt(1 + k)", "eta = 1.02 * dr.sqrt(1 + k)"
-    ),
+    glass("refraction by an index 2 % too high", "eta = dr.sqrt(far2", "eta = 1.02 * dr.sqrt(far2"),
     glass("transmission 2 % too bright", "tint_t /= eta * eta", "tint_t /= eta * eta * 0.98"),
     glass(
         "reflection drawn 2 % too rarely",

@@ -19,9 +19,7 @@ redistribution = of("integrators/erpt.py", f"{METROPOLIS}::test_constant_radianc
 weights = of("integrators/misweights.py", "integrators/test_misweights.py")
 starts = of("integrators/lightstarts.py", f"{BDPT}::test_light_tracing_alone_is_exact")
 both_ends = of("integrators/bdpt.py", f"{BDPT}::test_light_tracing_alone_is_exact")
-merging = of(
-    "integrators/merging.py", "integrators/test_merging.py::test_merging_alone_is_exact"
-)
+merging = of("integrators/merging.py", "integrators/test_merging.py::test_merging_alone_is_exact")
 connections = of("integrators/eyesubpaths.py", f"{BDPT}::test_closed_room_that_shines")
 walks = of("integrators/randomwalk.py", f"{WALKS}::test_white_furnace", WALKS)
 along = of("integrators/walklights.py", WALKS)
@@ -93,8 +91,8 @@ RENDERING = [
     steps("steps of one size 2 % off centre", "(2 * r - 1) * size", "(2 * r - 0.98) * size"),
     frame(
         "direct light of chains 2 % too bright",
-        "self.direct, rng, count)[0]",
-        "self.direct, rng, count)[0] * 1.02",
+        "self.direct, rng, count, False)",
+        "self.direct, rng, count, False) * 1.02",
     ),
     mlt("b 2 % too high", "b = I.mean(1)", "b = 1.02 * I.mean(1)"),
     mlt("2 % off in the correction of b", "- capped / count", "- 0.98 * capped / count"),
