@@ -16,7 +16,7 @@ BOTH_ENDS = ("surfacepath", "bdpt")
 SIZES = (1, 0.1, 0.01, 1e-3, 0)
 BLACK = diffuse(0)
 
-BALL, LAMP = 3.0, 8.0
+BALL, LAMP = 3.0, 5.0
 """Heights of a glass ball of radius 1 and of the lamp's centre above the floor."""
 INDEX = 1.5
 POWER_OF_TWO = 19
@@ -124,7 +124,7 @@ def caustic_by_lamp_size(angle: float) -> Case:
     floor = uvplane((-2, -2, 0), (4, 0, 0), (0, 4, 0), *diffuse(0.01))
     ball = sphere((0, 0, BALL), 1, *glass(1, INDEX))
     scene = text(floor, ball, lamp(angle, LAMP, LAMP - BALL), camera=(0, 0, 1), angle=90)
-    return Case(scene, 0.01 / math.pi * flux / 4, spp=256)
+    return Case(scene, 0.01 / math.pi * flux / 4, spp=1024)
 
 
 def let_out(ratio: float) -> float:

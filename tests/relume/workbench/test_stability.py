@@ -352,22 +352,22 @@ def section(text, heading):
 
 def test_page_lists_what_is_not_exact():
     """A row for each such cell, with what says so."""
-    row = Family("grey ball", "", "", lambda _: None, (1,), ("path",), "Nobody knows.")
-    cell = Cell(row, 1, "path")
+    row = Family("grey ball", "", "", lambda _: None, (1,), ("surfacepath",), "Nobody knows.")
+    cell = Cell(row, 1, "surfacepath")
     text = page(
         cell, Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far")
     )
     assert "- **grey ball**. Nobody knows." in section(text, "What is not exact")
-    assert "| path | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
+    assert "| surfacepath | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
     assert "too \\| far" in text
-    assert "| path | 3 | 1 | 0 | 0 | 1 | 1 | 0.1 % |" in text
+    assert "| surfacepath | 3 | 1 | 0 | 0 | 1 | 1 | 0.1 % |" in text
 
 
 def test_page_keeps_mitsubas_integrators_and_refusals_apart():
     """A reference is what Mitsuba's own render where one of this product does, too."""
     (reference,) = stability.chosen(["path"], ["white room/0.99"])
     (own,) = stability.chosen(["surfacepath"], ["white room/0.99"])
-    assert reference.is_reference and not own.is_reference
+    assert stability_runs.is_reference(reference) and not stability_runs.is_reference(own)
     for cell, heading in (
         (reference, "What Mitsuba's own integrators do there"),
         (own, "What is not exact"),
@@ -380,6 +380,20 @@ def test_page_keeps_mitsubas_integrators_and_refusals_apart():
     assert "| surfacepath | 1 | 0 | 1 | 0 | 0 | 0 | - |" in text
 
 
-def test_cells_of_media_for_mitsubas_alone_are_the_plans_own():
-    alone = Family("fog", "", "", lambda _: None, (1,), ("volpath", "volpathmis"))
-    assert not Cell(alone, 1, "volpath").is_reference
+@pytest.mark.parametrize(
+    "method, pattern, is_reference",
+    [
+        ("volpath", "fog by density/1", False),
+        ("volpathmis", "fog by density/1", False),
+        ("volpath", "fog by density/100", True),
+        ("volpathmis", "fog by density/1e+06", True),
+        ("randomwalk", "fog by density/100", False),
+        ("volpath", "camera inside a filled ball/3", True),
+        ("path", "grey ball/1", True),
+        ("path", "longest path/3", True),
+    ],
+)
+def test_the_plan_tells_what_is_a_reference(method, pattern, is_reference):
+    """It takes `volpath` in thin fog, `randomwalk` in dense one; a dictionary has no plan."""
+    (cell,) = stability.chosen([method], [pattern])
+    assert stability_runs.is_reference(cell) == is_reference
