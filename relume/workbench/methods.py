@@ -265,6 +265,13 @@ METHODS = (
     small_steps("gaussian"),
     Method("erpt", as_planned, chains={"type": "erpt"}),
     two_sided("erpt"),
+    Method(
+        "bdpt-merging",
+        tracer("bdpt", merge_radius=0.5),
+        unbiased=False,
+        obstacle=without_wrapping,
+        charted=False,
+    ),
 )
 """All methods; the command line, charts and studies take them from here."""
 

@@ -35,7 +35,7 @@ PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
 CHAINS = ["pssmlt", "pssmlt-kelemen", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
-SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], "erpt-bdpt"]
+SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], "erpt-bdpt", "bdpt-merging"]
 """Also those that leave direct light out, which not every path tracer can, or trace from lamps."""
 
 

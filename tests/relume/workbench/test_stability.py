@@ -287,6 +287,8 @@ def test_a_method_that_does_not_exist_is_refused_and_says_so():
         ({"scene": True}, "expected None: the mean radiance"),
         ({"scene": True, "expected": (1, 2)}, "one number or three"),
         ({"scene": True, "expected": -1}, "the mean radiance"),
+        ({"resume": True}, "resume: name the folder"),
+        ({"scene": True, "expected": 1, "out": "x"}, "out: a folder keeps cells of the grid"),
         ({"scene": True, "expected": 1, "cells": ("x",)}, "cells: patterns"),
         ({"scene": True, "expected": 1, "integrator": "path"}, "integrator: the integrators are"),
     ],
@@ -322,6 +324,103 @@ def test_command(tmp_path):
     page = (out / "stability.md").read_text()
     assert "| path | 1 | 1 | 0 | 0 | 0 | 0 |" in page and "convex body" in page
     assert (out / "stability.png").stat().st_size > 1000
+
+
+@pytest.fixture
+def constant(monkeypatch):
+    """Cells are not rendered: a function that sets what all of them give, and their names so far."""
+    asked = []
+
+    def give(found):
+        def measure(cell, seed):
+            asked.append(cell.name)
+            if isinstance(found, Exception):
+                raise found
+            return found
+
+        monkeypatch.setattr(stability, "measure", measure)
+        return asked
+
+    return give
+
+
+GREY = {"methods": ("path",), "cells": ("grey ball/1", "grey ball/10")}
+
+
+def cells_on(folder):
+    """The objects of the results of a folder, by the cell's value."""
+    found = json.loads((folder / "stability.json").read_text())["cells"]
+    return {entry["at"]: entry for entry in found}
+
+
+def test_results_of_other_calls_are_kept(tmp_path, constant):
+    """Page and picture show cells of both calls; what is measured again is replaced."""
+    constant(Measurement(error=0.5, half_width=0.1))
+    relume.stability(methods=("ward",), cells=("ward brushed/1",), out=tmp_path)
+    first = (tmp_path / "stability.png").stat().st_size
+    constant(Measurement(error=0.25, said="dark"))
+    relume.stability(**GREY, out=tmp_path)
+    constant(Measurement(error=0.123456789, said="dark"))
+    found = relume.stability(methods=("path",), cells=("grey ball/10",), out=tmp_path)
+    assert len(found.results) == 1
+    text = (tmp_path / "stability.md").read_text()
+    rows = section(text, "What Mitsuba's own integrators do there")
+    assert "| ward | ward brushed | 1 | fails: +50 %" in text
+    assert "| path | grey ball | 1 | fails: +25 %" in rows
+    assert "| path | grey ball | 10 | fails: +12.3 %" in rows and "+25 %" in rows
+    assert f"3 cells are of version {relume.__version__}" in text
+    assert (tmp_path / "stability.png").stat().st_size > first
+    entry = cells_on(tmp_path)["10"]
+    assert entry["error"] == 0.12346 and entry["said"] == "dark" and entry["verdict"] == "fails"
+
+
+def test_each_cell_is_kept_at_once(tmp_path, constant):
+    """An error at the second of three loses nothing of the first; the call that resumes leaves it
+    out, and measures what another version has."""
+    asked = constant(Measurement(error=0.01))
+    stop = lambda done, of: constant(RuntimeError("off")) is None  # noqa: E731
+    with pytest.raises(RuntimeError, match="off"):
+        relume.stability(**GREY, out=tmp_path, progress=stop)
+    assert list(cells_on(tmp_path)) == ["1"] and not (tmp_path / "stability.md").exists()
+    asked[:] = []
+    asked = constant(Measurement())
+    relume.stability(**GREY, out=tmp_path, resume=True)
+    assert asked == ["path/grey ball/10"]
+    file = tmp_path / "stability.json"
+    lines = file.read_text().splitlines()
+    lines[1] = lines[1].replace(relume.__version__, "0.0.1")
+    file.write_text("\n".join(lines))
+    asked[:] = []
+    relume.stability(**GREY, out=tmp_path, resume=True)
+    assert asked == ["path/grey ball/1"]
+    asked[:] = []
+    relume.stability(**GREY, out=tmp_path, resume=True)
+    assert asked == []
+    page_ = (tmp_path / "stability.md").read_text()
+    assert "| path | 2 | 2 | 0 | 0 | 0 | 0 |" in page_ and "2 cells are of version" in page_
+
+
+def test_page_tells_what_is_earlier_and_what_is_not_measured(tmp_path, constant):
+    """A cell without version and date is of an earlier state."""
+    constant(Measurement())
+    entry = {"method": "path", "scene": "grey ball", "at": "10", "verdict": "exact"}
+    (tmp_path / "stability.json").write_text(json.dumps({"cells": [entry, entry | {"at": "1"}]}))
+    relume.stability(methods=("path",), cells=("grey ball/1",), out=tmp_path)
+    text = (tmp_path / "stability.md").read_text()
+    assert f"1 cell is of version {relume.__version__}, measured 2" in text
+    assert "1 cell is of an earlier state" in text
+    assert "path, grey ball: 0.0001, 0.001, 0.01, 0.1, 100, " in text
+    assert cells_on(tmp_path)["10"] == entry
+
+
+def test_what_is_no_file_of_results_is_kept(tmp_path):
+    """The error names it."""
+    for content in ("{", "[]", '{"cells": [{}]}', '{"cells": [1]}'):
+        (tmp_path / "stability.json").write_text(content)
+        words = ["stability", "--method", "path", "--cell", "grey ball/1", "-o", str(tmp_path)]
+        result = CliRunner().invoke(main, words)
+        assert result.exit_code == 1 and "is not what `relume stability` writes" in result.output
+        assert (tmp_path / "stability.json").read_text() == content
 
 
 def test_command_names_the_methods_that_there_are():
