@@ -188,7 +188,7 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     help="Only cells such as 'grey ball/*' (repeatable).",
 )
 @render_option("seed", help="The same seed gives the same verdicts.")
-@click.option("-o", "--output", "out", metavar="DIR", help="Keep results there, with a page and a heat map.")
+@click.option("-o", "--output", "out", metavar="DIR", help="Keep results; write a page.")
 @click.option("--resume", is_flag=True, help="Only what DIR lacks of this version.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def stability(as_json: bool, **options: Any) -> None:

@@ -127,7 +127,9 @@ def _blocks(axes: Any, blocks: list[tuple[str, Families]], x: float) -> None:
         y += 0.8 * ROW
 
 
-def _square(axes: Any, x: float, y: float, width: float, text: str, face: Any, style: str = "normal") -> None:
+def _square(
+    axes: Any, x: float, y: float, width: float, text: str, face: Any, style: str = "normal"
+) -> None:
     from matplotlib.patches import Rectangle
 
     axes.add_patch(Rectangle((x, y), width, ROW, facecolor=face, edgecolor="white", linewidth=1))

@@ -93,7 +93,8 @@ class Store:
 
     def results(self) -> list[tuple[Cell, Stored]]:
         """The cells of the grid that have been measured, in their order."""
-        return [(cell, self._stored[cell.name]) for cell in self._cells if cell.name in self._stored]
+        stored = self._stored
+        return [(cell, stored[cell.name]) for cell in self._cells if cell.name in stored]
 
     def missing(self) -> list[Cell]:
         """The cells of the grid that have not been measured."""

@@ -110,8 +110,8 @@ CHANCE = (
     "angle that the lamp subtends [rad], 0 for a spot",
     SIZES,
     *BOTH_ENDS,
-    why=f"{CHANCE} At 0.01 rad p is about 1.7e-5: some 1100 of the 6.7e7 samples of a cell find the "
-    "lamp, and 11 at 0.001. Of `bdpt` one light path in fifteen meets the ball, whatever the size.",
+    why=f"{CHANCE} At 0.01 rad p is about 1.7e-5: some 1100 of the 6.7e7 samples of a cell find "
+    "the lamp, and 11 at 0.001. Of `bdpt` one light path in fifteen meets the ball, whatever the size.",
 )
 def caustic_by_lamp_size(angle: float) -> Case:
     """A lamp of intensity pi above a glass ball throws a caustic on a floor of albedo rho = 1/100,
@@ -148,7 +148,7 @@ def bulb(index: float, radius: float) -> Case:
     ball = sphere((0, 0, 0), 0.3, *glass(1, index))
     room = sphere((0, 0, 0), 1, *diffuse(rho))
     scene = text(source, ball, room, camera=(0, 0, 0.5), target=(0, 0, 1), angle=60)
-    return Case(scene, rho * E / math.pi, spp=256)
+    return Case(scene, rho * E / math.pi, spp=512)
 
 
 @family("index of the bulb", (1, 1.0001, 1.1, 1.33, 1.5), *BOTH_ENDS)
@@ -173,8 +173,8 @@ def small_lamp_in_a_bulb(ratio: float) -> Case:
 
 WATER, DEPTH, HEIGHT = 4 / 3, 1.0, 2.0
 EYE, AIM, FIELD = np.array([3.0, 0.0, 2.0]), np.array([-0.5, 0.0, 0.0]), 12.0
-"""Of the camera: place, point of the water, and angle [degree]. Neither the lamp nor its mirror image
-is in its field."""
+"""Of the camera: place, point of the water, and angle [degree]. Neither the lamp nor its mirror
+image is in its field."""
 
 
 def into_water(sine: np.ndarray) -> np.ndarray:
@@ -241,9 +241,9 @@ def pool_radiance(angle: float) -> float:
     f"to meet the lamp is left, as for `surfacepath`. {CHANCE} `bdpt-merging` finds it.",
 )
 def pool(angle: float) -> Case:
-    """Ground of albedo rho = 1e-4 in water below a lamp of intensity pi, seen from above: rho E / pi
-    (1 - F) / n², with E by the refracted rays from all points of the lamp less F, by quadrature over
-    lamp and film in double precision."""
+    """Ground of albedo rho = 1e-4 in water below a lamp of intensity pi, seen from above:
+    rho E / pi (1 - F) / n², with E by the refracted rays from all points of the lamp less F, by
+    quadrature over lamp and film in double precision."""
     albedo = 1e-4
     water = uvplane((-50, -50, 0), (100, 0, 0), (0, 100, 0), *glass(1, WATER))
     ground = uvplane((-50, -50, -DEPTH), (100, 0, 0), (0, 100, 0), *diffuse(albedo))

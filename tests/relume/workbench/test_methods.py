@@ -35,7 +35,8 @@ PRISM = GLASS_BALL.replace("reflection reflection", "reflection reflection99")
 
 
 CHAINS = ["pssmlt", "pssmlt-kelemen", "pssmlt-lux", "pssmlt-gaussian", "erpt"]
-SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], "erpt-bdpt", "bdpt-merging"]
+BOTH_ENDS = ["erpt-bdpt", "bdpt-merging"]
+SURFACE_CHAINS = ["pssmlt", "pssmlt-direct", "pssmlt-bdpt", *CHAINS[1:], *BOTH_ENDS]
 """Also those that leave direct light out, which not every path tracer can, or trace from lamps."""
 
 

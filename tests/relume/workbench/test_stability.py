@@ -328,7 +328,7 @@ def test_command(tmp_path):
 
 @pytest.fixture
 def constant(monkeypatch):
-    """Cells are not rendered: a function that sets what all of them give, and their names so far."""
+    """Cells are not rendered: a function that sets what all give, and returns their names."""
     asked = []
 
     def give(found):
