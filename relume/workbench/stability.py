@@ -196,8 +196,9 @@ def write_page(folder: Path, store: Store, settings: dict[str, Any]) -> None:
     ]
     missing = [cell.name for cell in store.missing()]
     page = stability_page.markdown(settings | {"cells": cells, "missing": missing}, PICTURE)
+    picture = stability_page.heat_map(cells)
     with replacing(folder / PICTURE) as temporary:
-        temporary.write_bytes(stability_page.heat_map(cells))
+        temporary.write_bytes(picture)
     with replacing(folder / PAGE) as temporary:
         temporary.write_text(page, "utf-8")
 

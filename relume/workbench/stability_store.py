@@ -103,7 +103,7 @@ class Store:
 
 def rounded(found: Measurement) -> Measurement:
     """A measurement to five digits, those that mean something."""
-    floats = {
+    floats: dict[str, Any] = {
         name: float(f"{value:.5g}") for name, value in vars(found).items() if type(value) is float
     }
     return dataclasses.replace(found, **floats)

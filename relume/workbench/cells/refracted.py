@@ -111,7 +111,8 @@ CHANCE = (
     SIZES,
     *BOTH_ENDS,
     why=f"{CHANCE} At 0.01 rad p is about 1.7e-5: some 1100 of the 6.7e7 samples of a cell find "
-    "the lamp, and 11 at 0.001. Of `bdpt` one light path in fifteen meets the ball, whatever the size.",
+    "the lamp, and 11 at 0.001. Of `bdpt` one light path in fifteen meets the ball, whatever the "
+    "size.",
 )
 def caustic_by_lamp_size(angle: float) -> Case:
     """A lamp of intensity pi above a glass ball throws a caustic on a floor of albedo rho = 1/100,
