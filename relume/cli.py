@@ -191,13 +191,15 @@ def compare(scene: str, out: str | None, as_json: bool, **options: Any) -> None:
     help="Only cells such as 'grey ball/*' (repeatable).",
 )
 @render_option("seed", help="The same seed gives the same verdicts.")
-@click.option("-o", "--output", "out", metavar="DIR", help="Write a page and a heat map.")
+@click.option("-o", "--output", "out", metavar="DIR", help="Keep results; write a page.")
+@click.option("--resume", is_flag=True, help="Only what DIR lacks of this version.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def stability(as_json: bool, **options: Any) -> None:
     """Measure every method at the inputs where it may fail, against known answers.
 
-    The exit status is 0 if no cell fails without saying so, 4 if one does and 1 after an error.
-    Ctrl-C keeps the cells so far.
+    DIR/stability.json keeps each cell as soon as it is measured; page and heat map show all that it
+    has, also of earlier calls. The exit status is 0 if no cell fails without saying so, 4 if one
+    does and 1 after an error. Ctrl-C keeps the cells so far.
     """
     from relume.workbench import stability as grid
 

@@ -26,9 +26,10 @@ from rich.text import Text
 from relume import translator
 from relume.loading import SceneSource, resized, source_of
 from relume.options import RenderOptions
-from relume.output import check_writable
+from relume.output import check_writable, replacing
 from relume.progress import interruptible
 from relume.translator import Document
+from relume.version import version
 from relume.workbench import methods as method_table
 from relume.workbench import pages, stability_page
 from relume.workbench.cells import Case, Cell, Family, all_cells
@@ -40,7 +41,8 @@ from relume.workbench.scenes import (
     refuse,
     repeated,
 )
-from relume.workbench.stability_runs import RUNS, measure
+from relume.workbench.stability_runs import RUNS, is_reference, measure
+from relume.workbench.stability_store import Store
 from relume.workbench.stability_verdict import Measurement
 
 SPP = 16
@@ -52,6 +54,9 @@ GIVEN_BY_CELLS = {
     if field.name != "seed"
 }
 """Options that the grid does not take, with the reason."""
+
+PAGE, PICTURE = "stability.md", "stability.png"
+"""What is written beside the results."""
 
 MOST_SHOWN = 20
 """Cells that are not exact which a notebook lists."""
@@ -109,6 +114,8 @@ def stability(
     expected: float | Sequence[float] | None = None,
     methods: Sequence[str] = (),
     cells: Sequence[str] = (),
+    out: str | Path | None = None,
+    resume: bool = False,
     progress: Progress | None = None,
     **changes: Any,
 ) -> Stability:
@@ -126,19 +133,33 @@ def stability(
             by default all.
         cells: patterns of names of the grid's cells without the method, as `fnmatch` knows them;
             by default all.
+        out: of the grid, a folder: its `stability.json` keeps each cell as soon as it is measured,
+            and at the end a page and a heat map show all cells that it has, also of earlier calls.
+        resume: leave out what the folder has of this version of relume.
         progress: called with the cells done and all cells; True stops, and what is done is kept.
         changes: fields of `options` by name.
 
     Raises:
         SceneError: errors of the file, and missing files.
         ValueError: an option that has no meaning here, a method without cells, or no cell matches.
+        OutputError: the folder cannot be written, or its `stability.json` is something else.
     """
+    store = None
+    if out is not None:
+        if scene is not None:
+            raise ValueError("out: a folder keeps cells of the grid, not of a scene")
+        check_writable(Path(out, PAGE))
+        store = Store(out)
+    elif resume:
+        raise ValueError("resume: name the folder of the results")
     options = RenderOptions.of(options, **changes)
     if scene is None:
         if expected is not None:
             raise ValueError("expected: name the scene that has this mean radiance")
         refuse(options, GIVEN_BY_CELLS)
         to_measure = chosen(methods, cells)
+        if store and resume:
+            to_measure = [cell for cell in to_measure if not store.has(cell)]
         words = ["relume", "stability", *repeated("--method", methods), *repeated("--cell", cells)]
         command = shlex.join([*words, "--seed", str(options.seed)])
     else:
@@ -152,9 +173,34 @@ def stability(
     results: list[tuple[Cell, Measurement]] = []
     for cell in to_measure:
         results.append((cell, measure(cell, options.seed)))
+        if store:
+            store.keep(*results[-1])
         if progress and progress(len(results), len(to_measure)):
             break
-    return Stability(tuple(results), {"command": command, "versions": versions()})
+    settings = {"command": command, "versions": versions()}
+    if out is not None and store:
+        write_page(Path(out), store, settings)
+    return Stability(tuple(results), settings)
+
+
+def write_page(folder: Path, store: Store, settings: dict[str, Any]) -> None:
+    """Write the page and the heat map of all cells that a store has.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    cells = [
+        report(cell, stored.found)
+        | {"earlier": stored.earlier, "version": stored.version, "date": stored.date}
+        for cell, stored in store.results()
+    ]
+    missing = [cell.name for cell in store.missing()]
+    page = stability_page.markdown(settings | {"cells": cells, "missing": missing}, PICTURE)
+    picture = stability_page.heat_map(cells)
+    with replacing(folder / PICTURE) as temporary:
+        temporary.write_bytes(picture)
+    with replacing(folder / PAGE) as temporary:
+        temporary.write_text(page, "utf-8")
 
 
 def chosen(methods: Sequence[str] = (), patterns: Sequence[str] = ()) -> list[Cell]:
@@ -224,7 +270,7 @@ def report(cell: Cell, found: Measurement) -> dict[str, Any]:
         "at": cell.at,
         "answer": cell.family.answer,
         "why": cell.family.why,
-        "reference": cell.is_reference,
+        "reference": is_reference(cell),
         "verdict": found.verdict,
         "text": found.text(),
         "silent": found.silent,
@@ -237,22 +283,19 @@ def report(cell: Cell, found: Measurement) -> dict[str, Any]:
         "firefly": found.firefly,
         "samples": found.samples,
         "seconds": found.seconds,
+        "version": version(),
+        "date": "",
+        "earlier": False,
     }
 
 
-def run(console: Console, *, out: str | Path | None = None, **arguments: Any) -> Stability:
+def run(console: Console, **arguments: Any) -> Stability:
     """Measure with a progress bar; Ctrl-C keeps the cells measured so far.
 
     Args:
         console: for the progress bar.
-        out: folder for `stability.md` and `stability.png`, or None.
-        arguments: as `stability`.
-
-    Raises:
-        OutputError: the folder cannot be written; and what `stability` raises.
+        arguments: as `stability`, which tells what is raised.
     """
-    if out is not None:
-        check_writable(Path(out, "stability.md"))
     columns = (TextColumn("cell"), MofNCompleteColumn(), BarColumn(), TimeRemainingColumn())
     quiet = not console.is_terminal
     with (
@@ -265,13 +308,7 @@ def run(console: Console, *, out: str | Path | None = None, **arguments: Any) ->
             bar.update(task, completed=done, total=of)
             return bool(stop)
 
-        found = stability(progress=progress, **arguments)
-    if out is not None:
-        written = found.report()
-        Path(out, "stability.png").write_bytes(stability_page.heat_map(written["cells"]))
-        page = stability_page.markdown(written, "stability.png")
-        Path(out, "stability.md").write_text(page, "utf-8")
-    return found
+        return stability(progress=progress, **arguments)
 
 
 def described(cells: Sequence[dict[str, Any]]) -> list[tuple[str, bool]]:

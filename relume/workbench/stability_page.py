@@ -121,24 +121,29 @@ def _blocks(axes: Any, blocks: list[tuple[str, Families]], x: float) -> None:
         for family, row in families.items():
             axes.text(x, y + 0.7 * ROW, f"{family}: {row[0]['quantity']}", fontsize=7)
             for k, cell in enumerate(row):
-                _square(axes, x + LABEL + k * SQUARE, y, SQUARE, cell["at"], color(cell))
+                style = "italic" if cell["earlier"] else "normal"
+                _square(axes, x + LABEL + k * SQUARE, y, SQUARE, cell["at"], color(cell), style)
             y += ROW
         y += 0.8 * ROW
 
 
-def _square(axes: Any, x: float, y: float, width: float, text: str, face: Any) -> None:
+def _square(
+    axes: Any, x: float, y: float, width: float, text: str, face: Any, style: str = "normal"
+) -> None:
     from matplotlib.patches import Rectangle
 
     axes.add_patch(Rectangle((x, y), width, ROW, facecolor=face, edgecolor="white", linewidth=1))
     ink = "white" if sum(face) < 1.2 else "black"
-    axes.text(x + width / 2, y + 0.68 * ROW, text, fontsize=7, ha="center", color=ink)
+    middle = (x + width / 2, y + 0.68 * ROW)
+    axes.text(*middle, text, fontsize=7, fontstyle=style, ha="center", color=ink)
 
 
 def markdown(report: dict[str, Any], picture: str) -> str:
     """The report as a page.
 
     Args:
-        report: what `Stability.report` returned.
+        report: what `Stability.report` returned; a cell may have `date` and `version`, of when it
+            was measured. `missing` are names of cells that have not been measured.
         picture: file name of the heat map.
     """
     cells = report["cells"]
@@ -147,6 +152,8 @@ def markdown(report: dict[str, Any], picture: str) -> str:
     return pages.filled(
         "stability.md",
         report=report,
+        dated=dated(cells),
+        missing=gathered(report.get("missing", ())),
         picture=picture,
         head=SUMMARY_HEAD,
         rows=summary(cells),
@@ -163,6 +170,31 @@ def markdown(report: dict[str, Any], picture: str) -> str:
             "limit": f"{100 * LIMIT:g}",
         },
     )
+
+
+def dated(cells: Iterable[CellReport]) -> list[tuple[str, int, str]]:
+    """Of which versions cells are, how many and when they were measured; the newest date first.
+
+    Returns:
+        (version, or empty if it is not known; cells; first to last date, or empty) of each.
+    """
+    days: dict[str, list[str]] = {}
+    for cell in cells:
+        days.setdefault(cell["version"], []).append(cell["date"])
+    found = sorted(days.items(), key=lambda item: max(item[1]), reverse=True)
+    return [
+        (version, len(dates), " to ".join(dict.fromkeys((min(dates), max(dates)))))
+        for version, dates in found
+    ]
+
+
+def gathered(names: Iterable[str]) -> list[str]:
+    """Names of cells as words: `surfacepath, white room: 0.999, 0.9999`."""
+    rows: dict[str, list[str]] = {}
+    for name in names:
+        row, _, at = name.rpartition("/")
+        rows.setdefault(row.replace("/", ", "), []).append(at)
+    return [f"{row}: {', '.join(values)}" for row, values in rows.items()]
 
 
 RIGHT = ("exact", "refused")

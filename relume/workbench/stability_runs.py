@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import functools
 import math
 import tempfile
 import time
 import warnings
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,7 @@ import numpy as np
 
 from relume import translator
 from relume.loading import usable_variant
+from relume.options import RenderOptions
 from relume.session import (
     CannotRender,
     Session,
@@ -24,7 +28,7 @@ from relume.session import (
     set_thread_count,
     variant_context,
 )
-from relume.translator import Document
+from relume.translator import Document, Translation
 from relume.translator.diagnostics import SceneError
 from relume.workbench import methods
 from relume.workbench.cells import Case, Cell
@@ -75,17 +79,7 @@ def _rendered_document(
     case: Case, cell: Cell, seed: tuple[int, ...], caught: list[warnings.WarningMessage]
 ) -> Measurement:
     given = isinstance(case.scene, Document)
-    document = _document(case, cell)
-    with tempfile.TemporaryDirectory() as folder:
-        with exr_threads():
-            for name, content in case.files.items():
-                if isinstance(content, str):
-                    Path(folder, name).write_text(content, encoding="utf-8")
-                else:
-                    mi.Bitmap(np.asarray(content, np.float32)).write(str(Path(folder, name)))
-        folders = (*case.options.asset_path, folder)
-        options = dataclasses.replace(case.options, asset_path=folders)
-        translation = translator.translate(document, options.dialect, folders)
+    with _translated(case, cell) as (document, translation, options):
         notes = [
             report.note
             for report in translation.document.lines.all
@@ -99,6 +93,22 @@ def _rendered_document(
                 method = methods.planned(translation)
             stage = methods.Stage(document, translation, options)
             return _measured(*stage.load(method), case, seed, notes, caught)
+
+
+@contextlib.contextmanager
+def _translated(case: Case, cell: Cell) -> Iterator[tuple[Document, Translation, RenderOptions]]:
+    """A case's document, its translation and the options; what it names lies in a folder."""
+    document = _document(case, cell)
+    with tempfile.TemporaryDirectory() as folder:
+        with exr_threads():
+            for name, content in case.files.items():
+                if isinstance(content, str):
+                    Path(folder, name).write_text(content, encoding="utf-8")
+                else:
+                    mi.Bitmap(np.asarray(content, np.float32)).write(str(Path(folder, name)))
+        folders = (*case.options.asset_path, folder)
+        options = dataclasses.replace(case.options, asset_path=folders)
+        yield document, translator.translate(document, options.dialect, folders), options
 
 
 def _document(case: Case, cell: Cell) -> Document:
@@ -122,6 +132,28 @@ def _rendered_dictionary(
         except RuntimeError as error:
             raise CannotRender(reason(error)) from error
         return _measured(scene, scene.integrator(), case, seed, [], caught)
+
+
+MITSUBAS = ("path", "volpath", "volpathmis")
+"""Integrators that are none of this product."""
+
+
+@functools.cache
+def is_reference(cell: Cell) -> bool:
+    """Whether a cell is measured for an integrator of Mitsuba where the plan of its scene takes one
+    of this product; a dictionary has no plan: there, where its family names one."""
+    if cell.method not in MITSUBAS:
+        return False
+    with variant_context(Case.variant):
+        case = cell.family.make(cell.value)
+        if isinstance(case.scene, dict):
+            return any(name not in MITSUBAS for name in cell.family.methods)
+        try:
+            with _translated(case, cell) as (_, translation, _):
+                paths = methods.paths_of(translation.scene["integrator"])
+        except SceneError:
+            return False
+    return methods.innermost(paths)["type"] not in MITSUBAS
 
 
 def xyz_of_rgb() -> np.ndarray:

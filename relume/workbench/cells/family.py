@@ -63,10 +63,6 @@ class Family:
     why: str = ""
 
 
-MITSUBAS = ("path", "volpath", "volpathmis")
-"""Integrators that are none of this product."""
-
-
 @dataclass(frozen=True)
 class Cell:
     """One family at one value for one method."""
@@ -84,13 +80,6 @@ class Cell:
     def name(self) -> str:
         """Unique name, such as `path/grey ball/0.001`."""
         return f"{self.method}/{self.family.name}/{self.at}"
-
-    @property
-    def is_reference(self) -> bool:
-        """Whether it is measured for an integrator of Mitsuba that no plan takes there, for one of
-        this product renders the same scenes."""
-        own = any(name not in MITSUBAS for name in self.family.methods)
-        return own and self.method in MITSUBAS
 
 
 def family(

@@ -287,6 +287,8 @@ def test_a_method_that_does_not_exist_is_refused_and_says_so():
         ({"scene": True}, "expected None: the mean radiance"),
         ({"scene": True, "expected": (1, 2)}, "one number or three"),
         ({"scene": True, "expected": -1}, "the mean radiance"),
+        ({"resume": True}, "resume: name the folder"),
+        ({"scene": True, "expected": 1, "out": "x"}, "out: a folder keeps cells of the grid"),
         ({"scene": True, "expected": 1, "cells": ("x",)}, "cells: patterns"),
         ({"scene": True, "expected": 1, "integrator": "path"}, "integrator: the integrators are"),
     ],
@@ -324,6 +326,103 @@ def test_command(tmp_path):
     assert (out / "stability.png").stat().st_size > 1000
 
 
+@pytest.fixture
+def constant(monkeypatch):
+    """Cells are not rendered: a function that sets what all give, and returns their names."""
+    asked = []
+
+    def give(found):
+        def measure(cell, seed):
+            asked.append(cell.name)
+            if isinstance(found, Exception):
+                raise found
+            return found
+
+        monkeypatch.setattr(stability, "measure", measure)
+        return asked
+
+    return give
+
+
+GREY = {"methods": ("path",), "cells": ("grey ball/1", "grey ball/10")}
+
+
+def cells_on(folder):
+    """The objects of the results of a folder, by the cell's value."""
+    found = json.loads((folder / "stability.json").read_text())["cells"]
+    return {entry["at"]: entry for entry in found}
+
+
+def test_results_of_other_calls_are_kept(tmp_path, constant):
+    """Page and picture show cells of both calls; what is measured again is replaced."""
+    constant(Measurement(error=0.5, half_width=0.1))
+    relume.stability(methods=("ward",), cells=("ward brushed/1",), out=tmp_path)
+    first = (tmp_path / "stability.png").stat().st_size
+    constant(Measurement(error=0.25, said="dark"))
+    relume.stability(**GREY, out=tmp_path)
+    constant(Measurement(error=0.123456789, said="dark"))
+    found = relume.stability(methods=("path",), cells=("grey ball/10",), out=tmp_path)
+    assert len(found.results) == 1
+    text = (tmp_path / "stability.md").read_text()
+    rows = section(text, "What Mitsuba's own integrators do there")
+    assert "| ward | ward brushed | 1 | fails: +50 %" in text
+    assert "| path | grey ball | 1 | fails: +25 %" in rows
+    assert "| path | grey ball | 10 | fails: +12.3 %" in rows and "+25 %" in rows
+    assert f"3 cells are of version {relume.__version__}" in text
+    assert (tmp_path / "stability.png").stat().st_size > first
+    entry = cells_on(tmp_path)["10"]
+    assert entry["error"] == 0.12346 and entry["said"] == "dark" and entry["verdict"] == "fails"
+
+
+def test_each_cell_is_kept_at_once(tmp_path, constant):
+    """An error at the second of three loses nothing of the first; the call that resumes leaves it
+    out, and measures what another version has."""
+    asked = constant(Measurement(error=0.01))
+    stop = lambda done, of: constant(RuntimeError("off")) is None  # noqa: E731
+    with pytest.raises(RuntimeError, match="off"):
+        relume.stability(**GREY, out=tmp_path, progress=stop)
+    assert list(cells_on(tmp_path)) == ["1"] and not (tmp_path / "stability.md").exists()
+    asked[:] = []
+    asked = constant(Measurement())
+    relume.stability(**GREY, out=tmp_path, resume=True)
+    assert asked == ["path/grey ball/10"]
+    file = tmp_path / "stability.json"
+    lines = file.read_text().splitlines()
+    lines[1] = lines[1].replace(relume.__version__, "0.0.1")
+    file.write_text("\n".join(lines))
+    asked[:] = []
+    relume.stability(**GREY, out=tmp_path, resume=True)
+    assert asked == ["path/grey ball/1"]
+    asked[:] = []
+    relume.stability(**GREY, out=tmp_path, resume=True)
+    assert asked == []
+    page_ = (tmp_path / "stability.md").read_text()
+    assert "| path | 2 | 2 | 0 | 0 | 0 | 0 |" in page_ and "2 cells are of version" in page_
+
+
+def test_page_tells_what_is_earlier_and_what_is_not_measured(tmp_path, constant):
+    """A cell without version and date is of an earlier state."""
+    constant(Measurement())
+    entry = {"method": "path", "scene": "grey ball", "at": "10", "verdict": "exact"}
+    (tmp_path / "stability.json").write_text(json.dumps({"cells": [entry, entry | {"at": "1"}]}))
+    relume.stability(methods=("path",), cells=("grey ball/1",), out=tmp_path)
+    text = (tmp_path / "stability.md").read_text()
+    assert f"1 cell is of version {relume.__version__}, measured 2" in text
+    assert "1 cell is of an earlier state" in text
+    assert "path, grey ball: 0.0001, 0.001, 0.01, 0.1, 100, " in text
+    assert cells_on(tmp_path)["10"] == entry
+
+
+def test_what_is_no_file_of_results_is_kept(tmp_path):
+    """The error names it."""
+    for content in ("{", "[]", '{"cells": [{}]}', '{"cells": [1]}'):
+        (tmp_path / "stability.json").write_text(content)
+        words = ["stability", "--method", "path", "--cell", "grey ball/1", "-o", str(tmp_path)]
+        result = CliRunner().invoke(main, words)
+        assert result.exit_code == 1 and "is not what `relume stability` writes" in result.output
+        assert (tmp_path / "stability.json").read_text() == content
+
+
 def test_command_names_the_methods_that_there_are():
     result = CliRunner().invoke(main, ["stability", "--method", "pth"])
     assert result.exit_code == 1
@@ -352,22 +451,22 @@ def section(text, heading):
 
 def test_page_lists_what_is_not_exact():
     """A row for each such cell, with what says so."""
-    row = Family("grey ball", "", "", lambda _: None, (1,), ("path",), "Nobody knows.")
-    cell = Cell(row, 1, "path")
+    row = Family("grey ball", "", "", lambda _: None, (1,), ("surfacepath",), "Nobody knows.")
+    cell = Cell(row, 1, "surfacepath")
     text = page(
         cell, Measurement(), Measurement(error=0.5), Measurement(error=0.5, said="too | far")
     )
     assert "- **grey ball**. Nobody knows." in section(text, "What is not exact")
-    assert "| path | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
+    assert "| surfacepath | grey ball | 1 | fails: +50 % ± 0 % | 0 | - |" in text
     assert "too \\| far" in text
-    assert "| path | 3 | 1 | 0 | 0 | 1 | 1 | 0.1 % |" in text
+    assert "| surfacepath | 3 | 1 | 0 | 0 | 1 | 1 | 0.1 % |" in text
 
 
 def test_page_keeps_mitsubas_integrators_and_refusals_apart():
     """A reference is what Mitsuba's own render where one of this product does, too."""
     (reference,) = stability.chosen(["path"], ["white room/0.99"])
     (own,) = stability.chosen(["surfacepath"], ["white room/0.99"])
-    assert reference.is_reference and not own.is_reference
+    assert stability_runs.is_reference(reference) and not stability_runs.is_reference(own)
     for cell, heading in (
         (reference, "What Mitsuba's own integrators do there"),
         (own, "What is not exact"),
@@ -380,6 +479,20 @@ def test_page_keeps_mitsubas_integrators_and_refusals_apart():
     assert "| surfacepath | 1 | 0 | 1 | 0 | 0 | 0 | - |" in text
 
 
-def test_cells_of_media_for_mitsubas_alone_are_the_plans_own():
-    alone = Family("fog", "", "", lambda _: None, (1,), ("volpath", "volpathmis"))
-    assert not Cell(alone, 1, "volpath").is_reference
+@pytest.mark.parametrize(
+    "method, pattern, is_reference",
+    [
+        ("volpath", "fog by density/1", False),
+        ("volpathmis", "fog by density/1", False),
+        ("volpath", "fog by density/100", True),
+        ("volpathmis", "fog by density/1e+06", True),
+        ("randomwalk", "fog by density/100", False),
+        ("volpath", "camera inside a filled ball/3", True),
+        ("path", "grey ball/1", True),
+        ("path", "longest path/3", True),
+    ],
+)
+def test_the_plan_tells_what_is_a_reference(method, pattern, is_reference):
+    """It takes `volpath` in thin fog, `randomwalk` in dense one; a dictionary has no plan."""
+    (cell,) = stability.chosen([method], [pattern])
+    assert stability_runs.is_reference(cell) == is_reference
