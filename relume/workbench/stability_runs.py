@@ -20,6 +20,7 @@ import numpy as np
 from relume import translator
 from relume.loading import usable_variant
 from relume.options import RenderOptions
+from relume.pilot import BOTH_ENDS
 from relume.session import (
     CannotRender,
     Session,
@@ -80,6 +81,8 @@ def _rendered_document(
 ) -> Measurement:
     given = isinstance(case.scene, Document)
     with _translated(case, cell) as (document, translation, options):
+        if cell.method not in BOTH_ENDS:
+            translation = translation.path_traced()
         notes = [
             report.note
             for report in translation.document.lines.all
