@@ -12,6 +12,7 @@ points out of the region where f < 0. Nothing in it cancels near the anchor, whe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import drjit as dr
@@ -43,7 +44,7 @@ class Anchor:
         alone: ``mi.Bool``, whether it is a sphere in which nothing is.
         shape: ``mi.ShapePtr``.
         prim: ``mi.UInt32``, index of the face on the shape.
-        extent: ``mi.Float``, diagonal of the box around the shape.
+        extent: ``mi.Float``, size of what rays are tested against there: `extent_within`.
         outer: ``mi.Bool``, whether the region is on the side that the shape's normals point to.
         absorbed: ``mi.Float``, share of the light that the surface takes; 1 unless it is a diffuse
             grey sphere that does not shine.
@@ -124,9 +125,9 @@ class KnownSurfaces:
         kind, alone = np.zeros(size, np.uint32), np.zeros(size, bool)
         ball, extent = np.zeros((size, 4), np.float32), np.zeros(size, np.float32)
         absorbed = np.ones(size, np.float32)
+        media = box_of_media(shapes)
         for number, shape in zip(numbers, shapes, strict=True):
-            box = shape.bbox()
-            extent[number] = float(dr.norm(box.max - box.min))
+            extent[number] = extent_within(shape, media)
             if shape.is_mesh() or shape.class_name() in FLAT:
                 kind[number] = FLAT_FACES
             elif shape.class_name() == "Sphere":
@@ -168,6 +169,34 @@ class KnownSurfaces:
             outer=outer,
             absorbed=dr.gather(mi.Float, self._absorbed, number, active),
         )
+
+
+def box_of_media(shapes: Sequence[mi.Shape]) -> np.ndarray:
+    """Corners of the box around the shapes with a medium inside, (2, 3); (-inf, inf) without any."""
+    boxes = [shape.bbox() for shape in shapes if shape.interior_medium() is not None]
+    if not boxes:
+        return np.array([[-np.inf] * 3, [np.inf] * 3])
+    low = np.min([np.array(box.min, float).ravel() for box in boxes], axis=0)
+    high = np.max([np.array(box.max, float).ravel() for box in boxes], axis=0)
+    return np.stack([low, high])
+
+
+def extent_within(shape: mi.Shape, media: np.ndarray) -> float:
+    """Diagonal of the box around a shape, or around its largest face of those that reach media.
+
+    A plane that goes on for ever has faces that grow with their distance.
+
+    Args:
+        shape: `mi.Shape`.
+        media: corners of the box outside which no walk is, (2, 3).
+    """
+    corners = corners_of(shape)
+    if corners is None:
+        box = shape.bbox()
+        return float(dr.norm(box.max - box.min))
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    reached = ((low <= media[1]) & (high >= media[0])).all(axis=1)
+    return float(np.linalg.norm(high - low, axis=1).max(initial=0, where=reached))
 
 
 def absorption(shape: mi.Shape) -> float:

@@ -113,7 +113,7 @@ def test_a_workers_pass_is_that_of_the_render(monkeypatch):
     render = fingerprint.of_render(found, options, 4)
     scene, contents = serialization.pack(found.scene)
     job = worker.Job.of(found, scene, render, options)
-    worker.load(job, contents, 1)
+    worker.load(job, contents, 2)
     by_worker = worker.render(job.key, 2, 4).pass_
     with open_session(found, options, 4) as session:
         expected = session.render_pass(2, 4)

@@ -253,7 +253,7 @@ def test_a_worker_renders_what_was_chosen(room, decided):
     render = fingerprint.of_render(choice.translation, options, 4)
     scene, contents = serialization.pack(choice.translation.scene)
     job = worker.Job.of(choice.translation, scene, render, options)
-    worker.load(job, contents, 1)
+    worker.load(job, contents, 2)
     found = worker.render(job.key, 1, 4).pass_
     with open_session(choice.translation, options, 4, choice.scene) as session:
         expected = session.render_pass(1, 4)

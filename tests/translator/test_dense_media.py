@@ -105,3 +105,14 @@ def test_spots_are_followed_in_haze(s, g, why):
     """From a reduced optical depth of 1 on; DEPTH covers all walks."""
     fog = HomogeneousMedium((s,) * 3, (0,) * 3, (g,) * 3)
     assert bool(why_followed(fog, 1.0, 100, [{"type": "falloffspot"}])) == why
+
+
+@pytest.mark.false_alarms(1e-3)
+def test_a_plane_without_end_in_fog_loses_nothing(measure, view, agrees):
+    """Nothing absorbs, and the sky of 1 is on all sides. Faces of the plane are as large as far."""
+    white = "color 1 1 1\nreflection diffuse\n\n"
+    plane = f"OBJECT\nplane 0 0 0\nnormal 0 1 0\n{white}OBJECT\nsphere 0 1 0 1\n{white}"
+    fog = "participatingMedia\n1\nSCATTERING\n0\n0.5 0.5 0.5\n\nBACKGROUND\n1 1 1\n\n"
+    text = view((0, 3, 8), (0, 1, 0)) + fog + plane
+    assert translate(read_text(text, environ={})).plan.integrator == "randomwalk"
+    agrees(measure(text, spp=128), 1)

@@ -138,7 +138,7 @@ NOTE = "no ray can meet this light"
     ],
 )
 def test_lights_that_glass_hides_are_told(light, glass, told):
-    translation = translate(read_text(FLOOR + glass + LIGHTS[light], environ={}))
+    translation = translate(read_text(FLOOR + glass + LIGHTS[light], environ={})).path_traced()
     reports = [r for r in translation.document.lines.all if NOTE in r.note]
     assert bool(reports) == (told and light != "lamp")
     assert all(r.keyword in ("OBJECT", "infinity_light", "uvplane", "sphere") for r in reports)
