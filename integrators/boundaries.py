@@ -172,7 +172,7 @@ class KnownSurfaces:
 
 
 def box_of_media(shapes: Sequence[mi.Shape]) -> np.ndarray:
-    """Corners of the box around the shapes with a medium inside, (2, 3); (-inf, inf) without any."""
+    """Corners of the box around the shapes with a medium inside, (2, 3); all space without any."""
     boxes = [shape.bbox() for shape in shapes if shape.interior_medium() is not None]
     if not boxes:
         return np.array([[-np.inf] * 3, [np.inf] * 3])
