@@ -10,6 +10,7 @@ Such a test states how often a right program fails it, were its seeds not fixed:
 they may be divided, `false_alarms(1e-3, reduced=4)`.
 """
 
+import gc
 import math
 import zlib
 
@@ -20,6 +21,16 @@ import relume  # noqa: F401  isort: skip  first: it points Dr.Jit at a usable LL
 
 from relume.workbench import statistics
 from relume.workbench.statistics import Level
+
+
+@pytest.fixture(autouse=True, scope="module")
+def memory():
+    """What Dr.Jit keeps of a file's arrays is given back after it: tests share their process."""
+    yield
+    import drjit as dr
+
+    gc.collect()
+    dr.flush_malloc_cache()
 
 
 @pytest.fixture(autouse=True)
