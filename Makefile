@@ -35,8 +35,8 @@ install:
 	@$(STATE) > $(READY)
 
 demo: setup
-	@echo "Rendering an example, 20 seconds of processor time:"
-	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png --denoise
+	@echo "Rendering an example, 25 seconds of processor time:"
+	$(BIN)/relume render scenes/cornell.txt -o out/cornell.png --spp 64 --denoise
 
 # Processes share what cores there are; each keeps to files, whose fixtures are its own.
 test: lint
